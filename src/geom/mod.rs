@@ -1,0 +1,3 @@
+//! Shared mathematics: no topology, no files, no clocks.
+
+pub mod placer;

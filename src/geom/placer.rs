@@ -1,0 +1,23 @@
+//! The one question that meshing asks of the geometry: where does a node belong?
+
+use crate::model::complex::Support;
+use crate::model::ids::WallId;
+use glam::DVec3;
+
+/// Puts points on the surfaces that they must lie on, and tells the wall's thickness there.
+///
+/// Implemented by the exact mid-surface of the part; tests implement it by closed forms (plane, cylinder, sphere).
+pub trait Placer: Sync {
+    /// The point near `start` that lies on every one of `supports` (least squares where they do not meet); `start` itself where
+    /// the supports say nothing. Never moves a point by more than a few thicknesses.
+    fn place(&self, start: DVec3, supports: &[Support]) -> DVec3;
+
+    /// Unit normal of the wall's mid-surface near `point`, pointing from its second side to its first; `None` where undefined.
+    fn normal(&self, point: DVec3, wall: WallId) -> Option<DVec3>;
+
+    /// Thickness of the wall near `point`, mm; `None` where one side is missing.
+    fn thickness(&self, point: DVec3, wall: WallId) -> Option<f64>;
+
+    /// Radius of the tightest curvature of the wall's mid-surface near `point`, mm; infinite where it is flat.
+    fn curvature_radius(&self, point: DVec3, wall: WallId) -> f64;
+}

@@ -1,0 +1,7 @@
+//! **midshell**: from a thin-walled solid to a connected shell mesh on its mid-surface.
+
+pub mod export;
+pub mod geom;
+pub mod import;
+pub mod model;
+pub mod stage;

@@ -1,0 +1,173 @@
+//! The mid-complex: a non-manifold triangulated mid-surface with what each node must lie on.
+
+use super::ids::{FaceId, Id, IndexVec, NodeId, TriangleId, WallId};
+use glam::DVec3;
+use smallvec::SmallVec;
+
+/// A surface that a node must lie on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Support {
+    /// The mid-surface of a wall.
+    Mid(WallId),
+    /// A face of the solid: rims lie on lateral faces.
+    Face(FaceId),
+}
+
+/// The supports of a node, sorted and without repetition.
+pub type Supports = SmallVec<[Support; 4]>;
+
+/// A node of the mid-complex.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MidNode {
+    /// Position, mm.
+    pub point: DVec3,
+    /// What it must lie on: one wall inside a sheet, a wall and a lateral face on a rim, several walls at a junction.
+    pub supports: Supports,
+}
+
+/// A triangle of the mid-complex.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct MidTriangle {
+    /// Its corners.
+    pub nodes: [NodeId; 3],
+    /// The wall whose mid-surface it lies on.
+    pub wall: WallId,
+}
+
+/// A triangulated, possibly non-manifold mid-surface.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct MidComplex {
+    /// #N nodes.
+    pub nodes: IndexVec<NodeId, MidNode>,
+    /// #T triangles.
+    pub triangles: IndexVec<TriangleId, MidTriangle>,
+}
+
+/// How an edge of the mid-complex lies in it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum EdgeKind {
+    /// Inside a sheet: two triangles of one wall.
+    Inner,
+    /// Free boundary: one triangle.
+    Rim,
+    /// Three triangles or more.
+    Junction,
+    /// Two triangles of different walls.
+    Crease,
+}
+
+/// What can be wrong with a [`MidComplex`].
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum ComplexFault {
+    /// A triangle names a node that does not exist, or one node twice.
+    #[error("triangle {0:?} has nodes that are missing or equal")]
+    BadTriangle(TriangleId),
+    /// Two triangles have the same three nodes.
+    #[error("triangles {0:?} and {1:?} have the same nodes")]
+    Doubled(TriangleId, TriangleId),
+    /// A node belongs to no triangle.
+    #[error("node {0:?} belongs to no triangle")]
+    Orphan(NodeId),
+    /// A coordinate is not a finite number.
+    #[error("node {0:?} is not finite")]
+    NotFinite(NodeId),
+}
+
+/// An edge with the triangles round it, in order of their ids.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MidEdge {
+    /// Its ends, the lower id first.
+    pub ends: [NodeId; 2],
+    /// The triangles that share it.
+    pub triangles: SmallVec<[TriangleId; 2]>,
+}
+
+impl MidComplex {
+    /// All edges in order of their ends.
+    pub fn edges(&self) -> Vec<MidEdge> {
+        let mut half: Vec<(NodeId, NodeId, TriangleId)> =
+            Vec::with_capacity(self.triangles.len() * 3);
+        for (id, t) in self.triangles.enumerated() {
+            for k in 0..3 {
+                let (a, b) = (t.nodes[k], t.nodes[(k + 1) % 3]);
+                half.push((a.min(b), a.max(b), id));
+            }
+        }
+        half.sort_unstable();
+        half.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1))
+            .map(|run| MidEdge {
+                ends: [run[0].0, run[0].1],
+                triangles: run.iter().map(|h| h.2).collect(),
+            })
+            .collect()
+    }
+
+    /// How an edge lies in the complex.
+    pub fn kind(&self, edge: &MidEdge) -> EdgeKind {
+        match edge.triangles.as_slice() {
+            [] | [_] => EdgeKind::Rim,
+            [a, b] if self.triangles[*a].wall == self.triangles[*b].wall => EdgeKind::Inner,
+            [_, _] => EdgeKind::Crease,
+            _ => EdgeKind::Junction,
+        }
+    }
+
+    /// Euler characteristic V - E + F.
+    pub fn euler(&self) -> i64 {
+        self.nodes.len() as i64 - self.edges().len() as i64 + self.triangles.len() as i64
+    }
+
+    /// Number of edge-connected pieces.
+    pub fn pieces(&self) -> usize {
+        let mut root: Vec<u32> = (0..self.triangles.len() as u32).collect();
+        fn find(root: &mut [u32], mut x: u32) -> u32 {
+            while root[x as usize] != x {
+                root[x as usize] = root[root[x as usize] as usize];
+                x = root[x as usize];
+            }
+            x
+        }
+        for edge in self.edges() {
+            for t in &edge.triangles[1..] {
+                let (a, b) = (find(&mut root, edge.triangles[0].0), find(&mut root, t.0));
+                root[a.max(b) as usize] = a.min(b);
+            }
+        }
+        (0..root.len()).filter(|&i| root[i] == i as u32).count()
+    }
+
+    /// All violations.
+    pub fn check(&self) -> Vec<ComplexFault> {
+        let mut faults = Vec::new();
+        let mut used = IndexVec::<NodeId, bool>::filled(false, self.nodes.len());
+        let mut keys = Vec::with_capacity(self.triangles.len());
+        for (id, t) in self.triangles.enumerated() {
+            let [a, b, c] = t.nodes;
+            if a == b || b == c || c == a || t.nodes.iter().any(|n| n.index() >= self.nodes.len()) {
+                faults.push(ComplexFault::BadTriangle(id));
+                continue;
+            }
+            let mut key = t.nodes;
+            key.sort_unstable();
+            keys.push((key, id));
+            for n in t.nodes {
+                used[n] = true;
+            }
+        }
+        keys.sort_unstable();
+        for pair in keys.windows(2) {
+            if pair[0].0 == pair[1].0 {
+                faults.push(ComplexFault::Doubled(pair[0].1, pair[1].1));
+            }
+        }
+        for (id, node) in self.nodes.enumerated() {
+            if !used[id] {
+                faults.push(ComplexFault::Orphan(id));
+            }
+            if !node.point.is_finite() {
+                faults.push(ComplexFault::NotFinite(id));
+            }
+        }
+        faults
+    }
+}
