@@ -3,5 +3,7 @@
 pub mod export;
 pub mod geom;
 pub mod import;
+pub mod medial;
 pub mod model;
+pub mod spatial;
 pub mod stage;

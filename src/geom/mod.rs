@@ -1,3 +1,8 @@
 //! Shared mathematics: no topology, no files, no clocks.
 
 pub mod placer;
+pub mod planes;
+pub mod quadratic;
+pub mod random;
+pub mod six_node;
+pub mod triangle;

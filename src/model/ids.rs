@@ -120,7 +120,9 @@ impl<I: Id, T> IndexVec<I, T> {
         self.items.iter_mut()
     }
     /// Pairs of id and entity in order.
-    pub fn enumerated(&self) -> impl ExactSizeIterator<Item = (I, &T)> + DoubleEndedIterator {
+    pub fn enumerated(
+        &self,
+    ) -> impl ExactSizeIterator<Item = (I, &T)> + DoubleEndedIterator + Clone {
         self.items.iter().enumerate().map(|(i, t)| (I::new(i), t))
     }
     /// The entities as a slice, in order of their ids.

@@ -2,6 +2,9 @@
 
 pub mod brep;
 pub mod complex;
+pub mod decomposition;
 pub mod ids;
 pub mod shell;
+pub mod tet_graph;
 pub mod tets;
+pub mod walls;

@@ -1,0 +1,236 @@
+//! The exact mid-surface of every wall, and the faces that rims lie on.
+//!
+//! A mid-point has equal distance to both sides of its wall. Distances are to the six-node facets of that wall's faces only, so that a
+//! neighbour wall never interferes. Beyond the end of a side (under a rib, past a corner) the tangent plane at its last point goes on: with
+//! that one rule a plate stays flat under its rib, sheets extend until they meet, and a rim comes to lie on its lateral face.
+
+use crate::geom::placer::Placer;
+use crate::geom::planes;
+use crate::geom::quadratic::nearest_on_quadratic;
+use crate::geom::six_node;
+use crate::model::brep::Brep;
+use crate::model::complex::Support;
+use crate::model::ids::{FaceId, FacetId, IndexVec, WallId};
+use crate::model::walls::{Aag, Convexity, Pairing};
+use crate::spatial::TriangleBvh;
+use glam::DVec3;
+
+/// Steps of the placing iteration: it converges quadratically on smooth walls; the rest guards against cycling at edges.
+const STEPS: usize = 16;
+/// A placed point has moved less than this in its last step, in thicknesses.
+const SETTLED: f64 = 1e-9;
+/// No point moves further than this in all, in thicknesses: further away is another wall's business.
+const LEASH: f64 = 3.0;
+/// Two sides whose normals are nearer to parallel than this sum of unit normals define no middle.
+const LEAST_OPPOSITION: f64 = 0.5;
+
+/// A set of facets with its hierarchy.
+#[derive(Clone, Debug, Default)]
+struct Surface {
+    bvh: TriangleBvh,
+    facets: Vec<FacetId>,
+}
+
+/// The nearest point of a surface.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Foot {
+    /// Where it is.
+    pub point: DVec3,
+    /// Outward normal there.
+    pub normal: DVec3,
+    /// The facet it lies on.
+    pub facet: FacetId,
+}
+
+impl Foot {
+    /// Distance of `p` below the tangent plane, positive inside the material.
+    #[inline]
+    pub fn depth(&self, p: DVec3) -> f64 {
+        (self.point - p).dot(self.normal)
+    }
+}
+
+/// The mid-surfaces of a solid. Built once a pairing; queries are read-only and may run in parallel.
+#[derive(Clone, Debug)]
+pub struct Medial<'a> {
+    brep: &'a Brep,
+    sides: IndexVec<WallId, [Surface; 2]>,
+    thickness: IndexVec<WallId, f64>,
+    /// Rims may slide from a lateral face onto one that is tangent to it: such faces share one surface.
+    rim_surface: IndexVec<FaceId, u32>,
+    rims: Vec<Surface>,
+    /// Normal curvature of each facet, 1/mm, estimated from its corner normals.
+    curvature: IndexVec<FacetId, f64>,
+    typical: f64,
+}
+
+impl<'a> Medial<'a> {
+    /// Builds the hierarchies of all walls and lateral faces.
+    pub fn new(brep: &'a Brep, aag: &Aag, pairing: &Pairing) -> Self {
+        let mut of_face: IndexVec<FaceId, Vec<FacetId>> =
+            IndexVec::filled(Vec::new(), brep.faces.len());
+        for (id, f) in brep.facets.enumerated() {
+            of_face[f.face].push(id);
+        }
+        let surface = |faces: &mut dyn Iterator<Item = FaceId>| {
+            let facets: Vec<FacetId> = faces.flat_map(|f| of_face[f].iter().copied()).collect();
+            let corners: Vec<[DVec3; 3]> = facets.iter().map(|&f| brep.corners(f)).collect();
+            Surface {
+                bvh: TriangleBvh::new(&corners),
+                facets,
+            }
+        };
+        let sides = pairing
+            .walls
+            .iter()
+            .map(|w| [0, 1].map(|s| surface(&mut w.sides[s].iter().copied())))
+            .collect();
+        let mut rim_surface: IndexVec<FaceId, u32> = IndexVec::filled(u32::MAX, brep.faces.len());
+        let mut rims = Vec::new();
+        for seed in brep.faces.ids() {
+            if rim_surface[seed] != u32::MAX {
+                continue;
+            }
+            let id = rims.len() as u32;
+            rim_surface[seed] = id;
+            let mut members = vec![seed];
+            let mut at = 0;
+            while pairing.side[seed].is_none() && at < members.len() {
+                let f = members[at];
+                at += 1;
+                for arc in aag.arcs_of(f).filter(|a| a.convexity == Convexity::Smooth) {
+                    let g = Aag::across(arc, f);
+                    if rim_surface[g] == u32::MAX && pairing.side[g].is_none() {
+                        rim_surface[g] = id;
+                        members.push(g);
+                    }
+                }
+            }
+            rims.push(surface(&mut members.into_iter()));
+        }
+        let curvature = brep
+            .facets
+            .enumerated()
+            .map(|(id, f)| {
+                let p = brep.corners(id);
+                let n = [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0)]
+                    .map(|(u, v)| six_node::normal(&p, &f.mids, u, v));
+                (0..3)
+                    .map(|k| {
+                        (n[k] - n[(k + 1) % 3]).length()
+                            / (p[k] - p[(k + 1) % 3]).length().max(f64::MIN_POSITIVE)
+                    })
+                    .fold(0.0, f64::max)
+            })
+            .collect();
+        let thickness: IndexVec<WallId, f64> = pairing.walls.iter().map(|w| w.thickness).collect();
+        let typical = thickness.iter().sum::<f64>() / (thickness.len().max(1) as f64);
+        Self {
+            brep,
+            sides,
+            thickness,
+            rim_surface,
+            rims,
+            curvature,
+            typical,
+        }
+    }
+
+    fn foot(&self, surface: &Surface, p: DVec3) -> Option<Foot> {
+        let near = surface.bvh.nearest(p)?;
+        let facet = surface.facets[near.index];
+        let (point, normal) =
+            nearest_on_quadratic(self.brep.corners(facet), self.brep.facets[facet].mids, p);
+        Some(Foot {
+            point,
+            normal,
+            facet,
+        })
+    }
+
+    /// The nearest points on the two sides of a wall.
+    pub fn feet(&self, p: DVec3, wall: WallId) -> Option<[Foot; 2]> {
+        let [a, b] = &self.sides[wall];
+        Some([self.foot(a, p)?, self.foot(b, p)?])
+    }
+
+    /// Distance to the first side less distance to the second: zero at a mid-point.
+    pub fn difference(&self, p: DVec3, wall: WallId) -> Option<f64> {
+        let [a, b] = self.feet(p, wall)?;
+        Some((a.point - p).length() - (b.point - p).length())
+    }
+
+    /// Mean thickness of a wall, mm.
+    pub fn mean_thickness(&self, wall: WallId) -> f64 {
+        self.thickness[wall]
+    }
+
+    fn plane(&self, p: DVec3, support: Support) -> Option<(DVec3, f64)> {
+        match support {
+            Support::Mid(wall) => {
+                let [a, b] = self.feet(p, wall)?;
+                let across = a.normal - b.normal;
+                let length = across.length();
+                (length > LEAST_OPPOSITION)
+                    .then(|| (across / length, (a.depth(p) - b.depth(p)) / length))
+            }
+            Support::Face(face) => {
+                let foot = self.foot(&self.rims[self.rim_surface[face] as usize], p)?;
+                Some((foot.normal, foot.depth(p)))
+            }
+        }
+    }
+}
+
+impl Placer for Medial<'_> {
+    fn place(&self, start: DVec3, supports: &[Support]) -> DVec3 {
+        let walls = supports.iter().filter_map(|s| {
+            if let Support::Mid(w) = s {
+                Some(self.thickness[*w])
+            } else {
+                None
+            }
+        });
+        let scale = walls.fold(0.0, f64::max);
+        let scale = if scale > 0.0 { scale } else { self.typical };
+        let mut p = start;
+        let mut planes: smallvec::SmallVec<[(DVec3, f64); 4]> = smallvec::SmallVec::new();
+        for _ in 0..STEPS {
+            planes.clear();
+            planes.extend(supports.iter().filter_map(|&s| self.plane(p, s)));
+            let step = planes::meet(&planes).clamp_length_max(scale);
+            p += step;
+            if (p - start).length() > LEASH * scale {
+                return start + (p - start).clamp_length_max(LEASH * scale);
+            }
+            if step.length() < SETTLED * scale {
+                break;
+            }
+        }
+        p
+    }
+
+    fn normal(&self, point: DVec3, wall: WallId) -> Option<DVec3> {
+        let [a, b] = self.feet(point, wall)?;
+        (a.normal - b.normal).try_normalize()
+    }
+
+    fn thickness(&self, point: DVec3, wall: WallId) -> Option<f64> {
+        let [a, b] = self.feet(point, wall)?;
+        Some(a.depth(point) + b.depth(point))
+    }
+
+    fn curvature_radius(&self, point: DVec3, wall: WallId) -> f64 {
+        let Some([a, b]) = self.feet(point, wall) else {
+            return f64::INFINITY;
+        };
+        let radius = |f: &Foot| 1.0 / self.curvature[f.facet];
+        // The middle of two concentric arcs; where one side is flat, the other's word counts for half.
+        let (r, s) = (radius(&a), radius(&b));
+        if r.is_finite() && s.is_finite() {
+            (r + s) / 2.0
+        } else {
+            2.0 * r.min(s)
+        }
+    }
+}

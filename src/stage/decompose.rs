@@ -1,0 +1,93 @@
+//! Decompose: labels on the vertices of the filling, and which of its edges run through a wall (design notes, section 3).
+//!
+//! A vertex carries the wall faces it lies on; on a blend, those that the blend joins; elsewhere the nearest wall face. An edge runs through
+//! a wall where its ends carry opposing labels. Cost: one nearest-point query a vertex without label; the rest linear in the edges.
+
+use crate::model::brep::Brep;
+use crate::model::decomposition::{Decomposition, FaceRoles, Labels, Passage};
+use crate::model::ids::{FaceId, Id, IndexVec, VertexId};
+use crate::model::tet_graph::TetGraph;
+use crate::model::walls::Pairing;
+use crate::spatial::TriangleBvh;
+use glam::DVec3;
+use rayon::prelude::*;
+
+/// Labels every vertex and grades every edge.
+pub fn decompose(
+    brep: &Brep,
+    graph: &TetGraph,
+    pairing: &Pairing,
+    roles: &FaceRoles,
+) -> Decomposition {
+    let labels = labels(brep, pairing, roles);
+    let class = classes(&labels, brep.faces.len());
+    let passage = graph
+        .edges
+        .as_slice()
+        .par_iter()
+        .map(|&[u, v]| {
+            let (a, b) = (&labels[u], &labels[v]);
+            if a.iter().any(|&x| b.iter().any(|&y| pairing.opposing(x, y))) {
+                Passage::Through
+            } else if a.iter().any(|&x| b.iter().any(|&y| class[x] == class[y])) {
+                Passage::Along
+            } else {
+                Passage::Apart
+            }
+        })
+        .collect::<Vec<_>>()
+        .into();
+    Decomposition { labels, passage }
+}
+
+fn labels(brep: &Brep, pairing: &Pairing, roles: &FaceRoles) -> IndexVec<VertexId, Labels> {
+    let mut labels: IndexVec<VertexId, Labels> =
+        IndexVec::filled(Labels::new(), brep.vertices.len());
+    for facet in &brep.facets {
+        for v in facet.corners {
+            labels[v].extend_from_slice(&roles.carries[facet.face]);
+        }
+    }
+    let (mut walls, mut owner): (Vec<[DVec3; 3]>, Vec<FaceId>) = (Vec::new(), Vec::new());
+    for (id, facet) in brep.facets.enumerated() {
+        if pairing.side[facet.face].is_some() {
+            walls.push(brep.corners(id));
+            owner.push(facet.face);
+        }
+    }
+    let bvh = TriangleBvh::new(&walls);
+    let points = &brep.vertices;
+    labels
+        .as_mut_slice()
+        .par_iter_mut()
+        .enumerate()
+        .for_each(|(i, l)| {
+            l.sort_unstable();
+            l.dedup();
+            if l.is_empty()
+                && let Some(near) = bvh.nearest(points[VertexId::new(i)])
+            {
+                l.push(owner[near.index]);
+            }
+        });
+    labels
+}
+
+/// Wall faces that some vertex carries together belong to one side of the material.
+fn classes(labels: &IndexVec<VertexId, Labels>, faces: usize) -> IndexVec<FaceId, u32> {
+    let mut root: Vec<u32> = (0..faces as u32).collect();
+    fn find(root: &mut [u32], mut x: u32) -> u32 {
+        while root[x as usize] != x {
+            root[x as usize] = root[root[x as usize] as usize];
+            x = root[x as usize];
+        }
+        x
+    }
+    for l in labels {
+        for pair in l.windows(2) {
+            let (a, b) = (find(&mut root, pair[0].0), find(&mut root, pair[1].0));
+            root[a.max(b) as usize] = a.min(b);
+        }
+    }
+    (0..faces as u32).map(|f| find(&mut root, f)).collect()
+}

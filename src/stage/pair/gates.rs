@@ -1,0 +1,169 @@
+//! The gates: which faces that see each other across material are a pair.
+
+use super::sight::Sighting;
+use crate::model::ids::{FaceId, IndexVec, WallId};
+use crate::model::walls::{Aag, FacePair};
+
+/// What a pair must show.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PairOptions {
+    /// Least width of the narrower face, in thicknesses. The literature's wall has a width of more than once to twice its thickness;
+    /// less lets narrow ribs in, at the risk of taking lateral faces for walls.
+    pub least_width: f64,
+    /// Least share of the smaller face that must be seen.
+    pub least_overlap: f64,
+    /// Least share of a face that all its pairs together must see for it to be a wall side, unless they see a large patch.
+    pub least_cover: f64,
+    /// A patch of this many squared thicknesses is a wall whatever share of its face it is.
+    pub large_patch: f64,
+    /// Least overlap of a face beside paired faces (MidSurfer, algorithm 2: soft overlap).
+    pub soft_overlap: f64,
+}
+
+impl Default for PairOptions {
+    fn default() -> Self {
+        Self {
+            least_width: 1.0,
+            least_overlap: 0.03,
+            least_cover: 0.3,
+            large_patch: 9.0,
+            soft_overlap: 0.3,
+        }
+    }
+}
+
+/// What one face sees of another.
+#[derive(Clone, Debug)]
+struct View {
+    from: FaceId,
+    to: FaceId,
+    area: f64,
+    /// Ascending.
+    distances: Vec<f64>,
+}
+
+impl View {
+    fn median(&self) -> f64 {
+        self.distances[self.distances.len() / 2]
+    }
+}
+
+/// All pairs, sorted by faces. Their wall is not yet known.
+pub(super) fn pairs(aag: &Aag, sightings: &[Sighting], options: &PairOptions) -> Vec<FacePair> {
+    let views = views(sightings);
+    let width = |f: FaceId| 2.0 * aag.area[f] / aag.perimeter[f].max(f64::MIN_POSITIVE);
+    let mut accepted: Vec<&View> = views
+        .iter()
+        .filter(|v| {
+            let (f, g) = (v.from, v.to);
+            f != g
+                && width(f).min(width(g)) > options.least_width * v.median()
+                && v.area > options.least_overlap * aag.area[f].min(aag.area[g])
+        })
+        .collect();
+
+    let mut cover = IndexVec::<FaceId, f64>::filled(0.0, aag.area.len());
+    let mut thin = IndexVec::<FaceId, f64>::filled(f64::INFINITY, aag.area.len());
+    for v in &accepted {
+        cover[v.from] += v.area;
+        for f in [v.from, v.to] {
+            thin[f] = thin[f].min(v.median());
+        }
+    }
+    let is_wall = |f: FaceId| {
+        cover[f] > options.least_cover * aag.area[f]
+            || cover[f] > options.large_patch * thin[f] * thin[f]
+    };
+    accepted.retain(|v| is_wall(v.from) && is_wall(v.to));
+
+    let mut mates: IndexVec<FaceId, Vec<FaceId>> = IndexVec::filled(Vec::new(), aag.area.len());
+    for v in &accepted {
+        mates[v.from].push(v.to);
+        mates[v.to].push(v.from);
+    }
+    for v in complement(aag, &views, &mates, options) {
+        accepted.push(v);
+        mates[v.from].push(v.to);
+        mates[v.to].push(v.from);
+    }
+    gather(&views, &accepted)
+}
+
+/// Faces still alone that lie beside a paired face and see a neighbour of that face's mate: MidSurfer, algorithm 2.
+fn complement<'a>(
+    aag: &Aag,
+    views: &'a [View],
+    mates: &IndexVec<FaceId, Vec<FaceId>>,
+    options: &PairOptions,
+) -> Vec<&'a View> {
+    let beside = |f: FaceId, g: FaceId| aag.arcs_of(f).any(|a| Aag::across(a, f) == g);
+    views
+        .iter()
+        .filter(|v| {
+            let (f, g) = (v.from, v.to);
+            f != g
+                && mates[f].is_empty()
+                && v.area > options.soft_overlap * aag.area[f]
+                && !beside(f, g)
+                && aag.arcs_of(f).any(|arc| {
+                    mates[Aag::across(arc, f)]
+                        .iter()
+                        .any(|&m| m == g || beside(m, g))
+                })
+        })
+        .collect()
+}
+
+fn views(sightings: &[Sighting]) -> Vec<View> {
+    let mut seen: Vec<(FaceId, FaceId, f64, f64)> = sightings
+        .iter()
+        .filter_map(|s| s.across.map(|(to, d)| (s.from, to, d, s.area)))
+        .collect();
+    seen.sort_by(|a, b| (a.0, a.1).cmp(&(b.0, b.1)).then(a.2.total_cmp(&b.2)));
+    seen.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1))
+        .map(|run| View {
+            from: run[0].0,
+            to: run[0].1,
+            area: run.iter().map(|s| s.3).sum(),
+            distances: run.iter().map(|s| s.2).collect(),
+        })
+        .collect()
+}
+
+/// One record a pair, from the views in both directions. Least and greatest leave out one sample in fifty, where a ray met an edge.
+fn gather(views: &[View], accepted: &[&View]) -> Vec<FacePair> {
+    let mut keys: Vec<[FaceId; 2]> = accepted
+        .iter()
+        .map(|v| [v.from.min(v.to), v.from.max(v.to)])
+        .collect();
+    keys.sort_unstable();
+    keys.dedup();
+    let view = |f: FaceId, g: FaceId| {
+        views
+            .binary_search_by(|v| (v.from, v.to).cmp(&(f, g)))
+            .ok()
+            .map(|i| &views[i])
+    };
+    keys.into_iter()
+        .map(|[a, b]| {
+            let both: Vec<&View> = [view(a, b), view(b, a)].into_iter().flatten().collect();
+            let mut d: Vec<f64> = both
+                .iter()
+                .flat_map(|v| v.distances.iter().copied())
+                .collect();
+            d.sort_by(f64::total_cmp);
+            let trim = d.len() / 50;
+            let kept = &d[trim..d.len() - trim];
+            FacePair {
+                faces: [a, b],
+                overlap: both.iter().map(|v| v.area).sum::<f64>() / both.len() as f64,
+                thickness: [
+                    kept[0],
+                    kept.iter().sum::<f64>() / kept.len() as f64,
+                    kept[kept.len() - 1],
+                ],
+                wall: WallId(0),
+            }
+        })
+        .collect()
+}

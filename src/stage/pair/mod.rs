@@ -1,0 +1,29 @@
+//! Pair: which faces face each other across a wall, and which pairs make up one wall.
+//!
+//! Three steps. `sight` looks from every face through the material. `gates` decides which faces that see each other are a pair: the
+//! test is scale-free, the width of the narrower face against the distance, so that a part may have walls of any number of
+//! thicknesses; faces that stay alone get a second chance with soft limits beside faces already paired (MidSurfer, algorithm 2).
+//! `walls` colours the pair graph and joins pairs that continue each other smoothly into walls.
+//!
+//! Cost: one ray a sample; the rest is linear in the number of faces that see each other.
+
+mod gates;
+mod peaks;
+mod sight;
+mod walls;
+
+pub use gates::PairOptions;
+pub use sight::{Sighting, sight};
+
+use crate::model::brep::Brep;
+use crate::model::walls::{Aag, Pairing};
+
+/// Pairs, walls and thickness peaks from what the faces see.
+pub fn pair(brep: &Brep, aag: &Aag, sightings: &[Sighting], options: &PairOptions) -> Pairing {
+    let pairs = gates::pairs(aag, sightings, options);
+    let mut pairing = walls::walls(brep, aag, pairs);
+    let (histogram, peaks) = peaks::peaks(&pairing, sightings);
+    pairing.histogram = histogram;
+    pairing.peaks = peaks;
+    pairing
+}

@@ -1,0 +1,207 @@
+//! Walls: pairs joined where they continue each other smoothly on both sides.
+//!
+//! A face group pair (FGP) is a connected component of the pair graph, two-coloured. A wall is smaller: the pairs of it whose mid-surface is one
+//! smooth surface. Across a sharp corner, and across a step of thickness, one wall ends and another begins, because there the sheets are
+//! to be extended until they meet instead of following the nearest face round the corner.
+
+use crate::model::brep::Brep;
+use crate::model::ids::{FaceId, Id, IndexVec, WallId};
+use crate::model::walls::{Aag, Convexity, FacePair, Pairing, Wall};
+
+/// Two pairs on one common face are the same wall where their thickness differs by less than this share and hardly varies: a plate
+/// between ribs has many faces on the ribbed side and one thickness.
+const SAME_THICKNESS: f64 = 0.01;
+
+/// Colours the pair graph and joins the pairs into walls.
+pub(super) fn walls(brep: &Brep, aag: &Aag, mut pairs: Vec<FacePair>) -> Pairing {
+    let faces = brep.faces.len();
+    let mut of_face: IndexVec<FaceId, Vec<u32>> = IndexVec::filled(Vec::new(), faces);
+    for (i, p) in pairs.iter().enumerate() {
+        for f in p.faces {
+            of_face[f].push(i as u32);
+        }
+    }
+    let side = colour(aag, &pairs, &of_face);
+    let mut union = Union::new(&pairs);
+
+    // Pairs over a tangent joint: the other faces must be the same or tangent as well.
+    for arc in aag.arcs.iter().filter(|a| a.convexity == Convexity::Smooth) {
+        let [a, c] = arc.faces;
+        for &i in &of_face[a] {
+            let b = other(&pairs[i as usize], a);
+            for &j in &of_face[c] {
+                let d = other(&pairs[j as usize], c);
+                let smooth = b == d
+                    || aag
+                        .arcs_of(b)
+                        .any(|x| x.convexity == Convexity::Smooth && Aag::across(x, b) == d);
+                if smooth {
+                    union.join(&pairs, i, j, a, c);
+                }
+            }
+        }
+    }
+    // Pairs on one common face at one constant thickness.
+    for (a, list) in of_face.enumerated() {
+        let mut constant: Vec<u32> = list
+            .iter()
+            .copied()
+            .filter(|&i| {
+                let [low, mean, high] = pairs[i as usize].thickness;
+                high - low < SAME_THICKNESS * mean
+            })
+            .collect();
+        constant.sort_by(|&i, &j| {
+            pairs[i as usize].thickness[1]
+                .total_cmp(&pairs[j as usize].thickness[1])
+                .then(i.cmp(&j))
+        });
+        for w in constant.windows(2) {
+            let (t, u) = (
+                pairs[w[0] as usize].thickness[1],
+                pairs[w[1] as usize].thickness[1],
+            );
+            if u - t < SAME_THICKNESS * t {
+                union.join(&pairs, w[0], w[1], a, a);
+            }
+        }
+    }
+
+    let mut walls: IndexVec<WallId, Wall> = IndexVec::new();
+    let mut wall_of_root = vec![None; pairs.len()];
+    for i in 0..pairs.len() as u32 {
+        let (root, flipped) = union.find(i);
+        let wall = *wall_of_root[root as usize].get_or_insert_with(|| walls.push(Wall::default()));
+        let [a, b] = pairs[i as usize].faces;
+        let w = &mut walls[wall];
+        w.sides[usize::from(flipped)].push(a);
+        w.sides[usize::from(!flipped)].push(b);
+        w.group = side[a].map_or(0, |s| s.0);
+        pairs[i as usize].wall = wall;
+    }
+    for (id, w) in walls.as_mut_slice().iter_mut().enumerate() {
+        for s in &mut w.sides {
+            s.sort_unstable();
+            s.dedup();
+        }
+        let own = pairs.iter().filter(|p| p.wall == WallId::new(id));
+        let (area, sum) = own.fold((0.0, 0.0), |(a, s), p| {
+            (a + p.overlap, s + p.overlap * p.thickness[1])
+        });
+        w.thickness = sum / area;
+    }
+    Pairing {
+        pairs,
+        walls,
+        side,
+        ..Pairing::default()
+    }
+}
+
+fn other(pair: &FacePair, face: FaceId) -> FaceId {
+    if pair.faces[0] == face {
+        pair.faces[1]
+    } else {
+        pair.faces[0]
+    }
+}
+
+/// Groups and colours: breadth first from the largest faces. A face that an odd cycle would give both colours keeps its first.
+fn colour(
+    aag: &Aag,
+    pairs: &[FacePair],
+    of_face: &IndexVec<FaceId, Vec<u32>>,
+) -> IndexVec<FaceId, Option<(u32, u8)>> {
+    let mut side = IndexVec::filled(None, of_face.len());
+    let mut order: Vec<FaceId> = of_face
+        .enumerated()
+        .filter(|(_, l)| !l.is_empty())
+        .map(|(f, _)| f)
+        .collect();
+    order.sort_by(|&f, &g| aag.area[g].total_cmp(&aag.area[f]).then(f.cmp(&g)));
+    let mut group = 0;
+    for seed in order {
+        if side[seed].is_some() {
+            continue;
+        }
+        side[seed] = Some((group, 0));
+        let mut queue = std::collections::VecDeque::from([(seed, 0u8)]);
+        while let Some((f, s)) = queue.pop_front() {
+            for &i in &of_face[f] {
+                let g = other(&pairs[i as usize], f);
+                if side[g].is_none() {
+                    side[g] = Some((group, 1 - s));
+                    queue.push_back((g, 1 - s));
+                }
+            }
+        }
+        group += 1;
+    }
+    side
+}
+
+/// Union of oriented pairs: a set is one wall, and every pair knows whether it lies in it the other way round.
+struct Union {
+    parent: Vec<u32>,
+    flipped: Vec<bool>,
+    /// Faces of a set's two sides, kept at its root: a join that would put one face on both sides is refused.
+    sides: Vec<[Vec<FaceId>; 2]>,
+}
+
+impl Union {
+    fn new(pairs: &[FacePair]) -> Self {
+        Self {
+            parent: (0..pairs.len() as u32).collect(),
+            flipped: vec![false; pairs.len()],
+            sides: pairs
+                .iter()
+                .map(|p| [vec![p.faces[0]], vec![p.faces[1]]])
+                .collect(),
+        }
+    }
+
+    fn find(&self, mut i: u32) -> (u32, bool) {
+        let mut flipped = false;
+        while self.parent[i as usize] != i {
+            flipped ^= self.flipped[i as usize];
+            i = self.parent[i as usize];
+        }
+        (i, flipped)
+    }
+
+    /// Joins the sets of pairs `i` and `j`, face `a` of `i` on the same side as face `c` of `j`.
+    fn join(&mut self, pairs: &[FacePair], i: u32, j: u32, a: FaceId, c: FaceId) {
+        let ((ri, fi), (rj, fj)) = (self.find(i), self.find(j));
+        if ri == rj {
+            return;
+        }
+        let side_a = (pairs[i as usize].faces[1] == a) ^ fi;
+        let side_c = (pairs[j as usize].faces[1] == c) ^ fj;
+        let turn = side_a != side_c;
+        // The larger set stays, so that the paths stay short.
+        let size = |r: u32| self.sides[r as usize].iter().map(Vec::len).sum::<usize>();
+        let (keep, gone) = if (size(ri), rj) >= (size(rj), ri) {
+            (ri, rj)
+        } else {
+            (rj, ri)
+        };
+        let both = (0..2).any(|s| {
+            let far = &self.sides[keep as usize][usize::from((s == 0) ^ turn)];
+            self.sides[gone as usize][s]
+                .iter()
+                .any(|f| far.binary_search(f).is_ok())
+        });
+        if both {
+            return;
+        }
+        self.parent[gone as usize] = keep;
+        self.flipped[gone as usize] = turn;
+        let moved = std::mem::take(&mut self.sides[gone as usize]);
+        for (s, faces) in moved.into_iter().enumerate() {
+            let target = &mut self.sides[keep as usize][usize::from((s == 1) ^ turn)];
+            target.extend(faces);
+            target.sort_unstable();
+            target.dedup();
+        }
+    }
+}
