@@ -1,6 +1,6 @@
 //! Which tet edges run through a wall, and what the vertices lie on.
 
-use super::ids::{FaceId, IndexVec, TetEdgeId, VertexId};
+use super::ids::{FaceId, IndexVec, TetEdgeId, TetFaceId, VertexId};
 use super::walls::Role;
 use smallvec::SmallVec;
 
@@ -35,3 +35,15 @@ pub struct Decomposition {
     /// Passage of every tet edge.
     pub passage: IndexVec<TetEdgeId, Passage>,
 }
+
+/// What is left of the dual complex.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Collapsed {
+    /// Whether the 2-cell of each tet edge lives.
+    pub cells: IndexVec<TetEdgeId, bool>,
+    /// Triangles whose 1-cell lives without any living 2-cell: pieces that hang together only by a line there.
+    pub bars: Vec<TetFaceId>,
+}
+
+/// Order in which a 2-cell may go: lower first; `None` is protected.
+pub type Grade = u8;

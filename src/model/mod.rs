@@ -5,6 +5,7 @@ pub mod complex;
 pub mod decomposition;
 pub mod ids;
 pub mod shell;
+pub mod sighting;
 pub mod tet_graph;
 pub mod tets;
 pub mod walls;

@@ -10,21 +10,11 @@
 //!
 //! Reference: J. H. C. Whitehead, Simplicial spaces, nuclei and m-groups, Proc. LMS 45 (1939), doi:10.1112/plms/s2-45.1.243.
 
+use crate::model::decomposition::{Collapsed, Grade};
 use crate::model::ids::{Id, IndexVec, TetEdgeId, TetFaceId, VertexId};
 use crate::model::tet_graph::TetGraph;
 use std::collections::VecDeque;
 
-/// What is left of the dual complex.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Collapsed {
-    /// Whether the 2-cell of each tet edge lives.
-    pub cells: IndexVec<TetEdgeId, bool>,
-    /// Triangles whose 1-cell lives without any living 2-cell: pieces that hang together only by a line there.
-    pub bars: Vec<TetFaceId>,
-}
-
-/// Order in which a 2-cell may go: lower first; `None` is protected.
-pub type Grade = u8;
 /// Number of grades.
 pub const GRADES: usize = 4;
 

@@ -1,9 +1,11 @@
 //! The verbs, in the order of the pipeline. Every stage is a pure function; only the pipeline knows their order.
 
 pub mod adjacency;
+pub mod assess;
 pub mod collapse;
 pub mod decompose;
 pub mod extract;
 pub mod pair;
 pub mod role;
+pub mod shell;
 pub mod widen;

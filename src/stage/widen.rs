@@ -7,9 +7,9 @@
 
 use std::cmp::Reverse;
 
+use crate::model::decomposition::{Collapsed, Grade};
 use crate::model::ids::{IndexVec, TetEdgeId, TetFaceId};
 use crate::model::tet_graph::TetGraph;
-use crate::stage::collapse::{Collapsed, Grade};
 
 /// Edges to protect, sorted. Empty where there is no bar.
 ///

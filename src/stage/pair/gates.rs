@@ -1,7 +1,7 @@
 //! The gates: which faces that see each other across material are a pair.
 
-use super::sight::Sighting;
 use crate::model::ids::{FaceId, IndexVec, WallId};
+use crate::model::sighting::Sighting;
 use crate::model::walls::{Aag, FacePair};
 
 /// What a pair must show.

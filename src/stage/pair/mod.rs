@@ -13,9 +13,10 @@ mod sight;
 mod walls;
 
 pub use gates::PairOptions;
-pub use sight::{Sighting, sight};
+pub use sight::sight;
 
 use crate::model::brep::Brep;
+use crate::model::sighting::Sighting;
 use crate::model::walls::{Aag, Pairing};
 
 /// Pairs, walls and thickness peaks from what the faces see.

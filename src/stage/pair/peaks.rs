@@ -1,6 +1,6 @@
 //! Thickness peaks: which thicknesses a part is made of.
 
-use super::sight::Sighting;
+use crate::model::sighting::Sighting;
 use crate::model::walls::{Pairing, ThicknessPeak};
 
 /// Ratio of one bin's thickness to the last: gauges of sheet differ by more than this, draft by less.

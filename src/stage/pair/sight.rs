@@ -6,6 +6,7 @@
 use crate::geom::six_node;
 use crate::model::brep::Brep;
 use crate::model::ids::{FaceId, FacetId};
+use crate::model::sighting::Sighting;
 use crate::spatial::TriangleBvh;
 use glam::DVec3;
 use rayon::prelude::*;
@@ -18,19 +19,6 @@ const SHARED_SAMPLES: f64 = 20_000.0;
 const START: f64 = 1e-6;
 /// A ray whose far side turns from its own by more than this sees no wall: wedges to 30 degrees are walls.
 const ANTIPARALLEL_COS: f64 = 0.866_025_403_784_438_6;
-
-/// One look through the material.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Sighting {
-    /// The face that looks.
-    pub from: FaceId,
-    /// Where it stands.
-    pub point: DVec3,
-    /// Area that this look stands for, mm².
-    pub area: f64,
-    /// Face seen across a wall and its distance, mm; `None` where the far side is not antiparallel.
-    pub across: Option<(FaceId, f64)>,
-}
 
 /// Looks from every face through the material, in order of the faces.
 pub fn sight(brep: &Brep) -> Vec<Sighting> {
@@ -57,6 +45,7 @@ pub fn sight(brep: &Brep) -> Vec<Sighting> {
             Sighting {
                 from: brep.facets[facet].face,
                 point,
+                inward: -normal,
                 area,
                 across,
             }

@@ -1,0 +1,123 @@
+//! Assess: how well a placed mid-complex stands for its solid, cheaply enough to choose between several.
+//!
+//! `cover`: share of the thin wall area whose mid-point lies near the complex. `astray`: share of the complex's area whose distances to the boundary on either
+//! side differ by more than a tenth, away from junctions and creases. Both come from the sightings that pairing rests on and from rays along the
+//! triangles' normals. Cost: one nearest-point query a sighting, two rays a sample.
+
+use crate::model::brep::Brep;
+use crate::model::complex::{EdgeKind, MidComplex};
+use crate::model::sighting::Sighting;
+use crate::spatial::TriangleBvh;
+use glam::DVec3;
+use rayon::prelude::*;
+
+/// A wall counts as thin up to this many median thicknesses.
+const THIN: f64 = 2.5;
+/// A mid-point is covered within this share of the thickness.
+const NEAR: f64 = 0.35;
+/// A sample is astray where its two distances differ by more than this share of their sum.
+const ASTRAY: f64 = 0.1;
+
+/// Nearer to a junction or crease than this many thicknesses the two distances say nothing.
+const AWAY: f64 = 1.5;
+
+/// What [`assess`] finds.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Assessment {
+    /// Share of the thin wall area that is covered.
+    pub cover: f64,
+    /// Share of the complex's area that is off the middle.
+    pub astray: f64,
+}
+
+impl Assessment {
+    /// One figure to choose by: what is covered less what is astray. Missing walls and wild points weigh alike.
+    pub fn score(&self) -> f64 {
+        self.cover - self.astray
+    }
+}
+
+/// Measures cover and straying of a complex.
+pub fn assess(brep: &Brep, sightings: &[Sighting], complex: &MidComplex) -> Assessment {
+    Assessment {
+        cover: cover(sightings, complex),
+        astray: astray(brep, complex),
+    }
+}
+
+fn corners(complex: &MidComplex) -> Vec<[DVec3; 3]> {
+    complex
+        .triangles
+        .iter()
+        .map(|t| t.nodes.map(|n| complex.nodes[n].point))
+        .collect()
+}
+
+fn cover(sightings: &[Sighting], complex: &MidComplex) -> f64 {
+    let mut thin: Vec<&Sighting> = sightings.iter().filter(|s| s.across.is_some()).collect();
+    let distance = |s: &Sighting| s.across.map_or(f64::INFINITY, |a| a.1);
+    thin.sort_by(|a, b| distance(a).total_cmp(&distance(b)));
+    let half = thin.iter().map(|s| s.area).sum::<f64>() / 2.0;
+    let mut passed = 0.0;
+    let median = thin.iter().find(|s| {
+        passed += s.area;
+        passed >= half
+    });
+    let Some(limit) = median.map(|s| THIN * distance(s)) else {
+        return 0.0;
+    };
+    thin.retain(|s| distance(s) <= limit);
+    let bvh = TriangleBvh::new(&corners(complex));
+    let near: Vec<f64> = thin
+        .par_iter()
+        .map(|s| {
+            let d = distance(s);
+            let middle = s.point + s.inward * (d / 2.0);
+            if bvh.nearest_within(middle, NEAR * d).is_some() {
+                s.area
+            } else {
+                0.0
+            }
+        })
+        .collect();
+    near.iter().sum::<f64>() / thin.iter().map(|s| s.area).sum::<f64>()
+}
+
+fn astray(brep: &Brep, complex: &MidComplex) -> f64 {
+    let boundary: Vec<[DVec3; 3]> = brep.facets.ids().map(|f| brep.corners(f)).collect();
+    let bvh = TriangleBvh::new(&boundary);
+    let special: Vec<[DVec3; 3]> = complex
+        .edges()
+        .iter()
+        .filter(|edge| matches!(complex.kind(edge), EdgeKind::Junction | EdgeKind::Crease))
+        .map(|edge| {
+            let [a, b] = edge.ends.map(|n| complex.nodes[n].point);
+            [a, b, b]
+        })
+        .collect();
+    let special = TriangleBvh::new(&special);
+    let triangles = corners(complex);
+    let judged: Vec<(f64, bool)> = triangles
+        .par_iter()
+        .map(|[a, b, c]| {
+            let area = (*b - *a).cross(*c - *a);
+            let Some(n) = area.try_normalize() else {
+                return (0.0, false);
+            };
+            let p = (*a + *b + *c) / 3.0;
+            let off = match (bvh.first_hit(p, n), bvh.first_hit(p, -n)) {
+                (Some((_, d)), Some((_, e))) => {
+                    if special.nearest_within(p, AWAY * (d + e)).is_some() {
+                        return (0.0, false);
+                    }
+                    (d - e).abs() > ASTRAY * (d + e)
+                }
+                _ => true,
+            };
+            (area.length(), off)
+        })
+        .collect();
+    let total: f64 = judged.iter().map(|j| j.0).sum();
+    let off: f64 = judged.iter().filter(|j| j.1).map(|j| j.0).sum();
+    if total > 0.0 { off / total } else { 0.0 }
+}
