@@ -3,6 +3,8 @@
 //! Only what is built into the product is looked at: `#[cfg(test)]` modules may name what they need. Every law has a test in which a planted
 //! violation is found.
 
+#![allow(clippy::unwrap_used)]
+
 mod laws;
 
 use laws::{Source, violations};
