@@ -1,6 +1,5 @@
 //! **midshell**: from a thin-walled solid to a connected shell mesh on its mid-surface.
 
-pub mod deliver;
 pub mod doctor;
 pub mod exit_class;
 pub mod export;

@@ -87,8 +87,7 @@ pub struct MeshArgs {
     /// The elements to make [default: tri]
     #[arg(long, value_parser = shapes())]
     pub element: Option<String>,
-    /// The dialect where an extension has several (.inp: calculix, abaqus), or the format of outputs without one
-    #[arg(long, value_name = "F")]
+    #[arg(long, value_name = "F", help = format_help())]
     pub format: Option<String>,
     /// Write the report as JSON; - is the terminal
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
@@ -145,6 +144,13 @@ impl MeshArgs {
         }
         options
     }
+}
+
+fn format_help() -> String {
+    format!(
+        "The dialect where an extension has several (.inp), or the format of outputs whose extension says nothing: {}",
+        super::format::names()
+    )
 }
 
 fn shapes() -> PossibleValuesParser {

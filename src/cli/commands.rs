@@ -3,11 +3,11 @@
 use super::args::{Cli, DoctorArgs, InspectArgs, MeshArgs, SourceArgs, Verb};
 use super::complaint::Complaint;
 use super::console::{self, Reporter};
-use super::format::Format;
+use super::format::format_of;
 use clap::CommandFactory;
-use midshell::deliver::{self, deliver};
 use midshell::doctor;
 use midshell::exit_class::ExitClass;
+use midshell::export::{self, ExportOptions, Format};
 use midshell::pipeline::{self, MeshRun};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
@@ -39,12 +39,12 @@ fn mesh(args: &MeshArgs) -> Result<ExitClass, Complaint> {
     let formats = args
         .outputs
         .iter()
-        .map(|path| Format::of(path, args.format.as_deref()))
+        .map(|path| format_of(path, args.format.as_deref()))
         .collect::<Result<Vec<_>, _>>()?;
     let files: Vec<&PathBuf> = args.outputs.iter().chain(json_file(&args.json)).collect();
     refuse_clashes(input, &files)?;
     for path in files {
-        deliver::probe(path)?;
+        export::probe(path).map_err(|e| Complaint::output(input, &e))?;
     }
 
     let reporter = Reporter::new(input, args.source.quiet, args.source.verbose);
@@ -52,17 +52,12 @@ fn mesh(args: &MeshArgs) -> Result<ExitClass, Complaint> {
     reporter.finish();
     let run = run.map_err(|e| Complaint::pipeline("mesh", input, &e))?;
 
-    let mut outputs: Vec<(PathBuf, Vec<u8>)> = args
-        .outputs
-        .iter()
-        .zip(formats)
-        .map(|(path, format)| (path.clone(), format.render(&run.mesh)))
-        .collect();
+    let mut outputs = render(args, &formats, &run)?;
     let json = to_json(&run.report)?;
     if let Some(path) = json_file(&args.json) {
         outputs.push((path.clone(), json.clone().into_bytes()));
     }
-    deliver(&outputs)?;
+    export::write_all(&outputs).map_err(|e| Complaint::output(input, &e))?;
     tell(args, &run, &json)?;
     if run.report.doubts.is_empty() {
         return Ok(ExitClass::Right);
@@ -75,6 +70,30 @@ fn mesh(args: &MeshArgs) -> Result<ExitClass, Complaint> {
         console::message(&format!("  {doubt}\n"));
     }
     Ok(ExitClass::Doubted)
+}
+
+/// The contents of every output.
+fn render(
+    args: &MeshArgs,
+    formats: &[Format],
+    run: &MeshRun,
+) -> Result<Vec<(PathBuf, Vec<u8>)>, Complaint> {
+    let name = args.source.input.file_name().unwrap_or_default();
+    let options = ExportOptions {
+        title: name.to_string_lossy().into_owned(),
+        ..ExportOptions::default()
+    };
+    args.outputs
+        .iter()
+        .zip(formats)
+        .map(
+            |(path, format)| match export::render(*format, &run.mesh, &options) {
+                Ok(bytes) => Ok((path.clone(), bytes)),
+                // The pipeline gave a mesh that no solver takes: its fault, not the user's.
+                Err(e) => Err(Complaint::bug(&format!("{}: {e}", path.display()))),
+            },
+        )
+        .collect()
 }
 
 /// What a finished run puts on standard output.
@@ -121,7 +140,7 @@ fn inspect(args: &InspectArgs) -> Result<ExitClass, Complaint> {
     let file = json_file(&args.json);
     refuse_clashes(input, &file.iter().copied().collect::<Vec<_>>())?;
     if let Some(path) = file {
-        deliver::probe(path)?;
+        export::probe(path).map_err(|e| Complaint::output(input, &e))?;
     }
     let reporter = Reporter::new(input, args.source.quiet, args.source.verbose);
     let found = with_threads(&args.source, || {
@@ -131,7 +150,8 @@ fn inspect(args: &InspectArgs) -> Result<ExitClass, Complaint> {
     let found = found.map_err(|e| Complaint::pipeline("inspect", input, &e))?;
     let json = to_json(&found)?;
     if let Some(path) = file {
-        deliver(&[(path.clone(), json.clone().into_bytes())])?;
+        let output = (path.clone(), json.clone().into_bytes());
+        export::write_all(&[output]).map_err(|e| Complaint::output(input, &e))?;
     }
     if is_stdout(&args.json) {
         console::result(&json)?;

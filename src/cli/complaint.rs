@@ -1,7 +1,7 @@
 //! What the user reads when a run has no result: what failed, why, and what to do about it.
 
-use midshell::deliver::DeliveryError;
 use midshell::exit_class::ExitClass;
+use midshell::export::WriteError;
 use midshell::options::OptionFault;
 use midshell::pipeline::PipelineError;
 use std::error::Error;
@@ -52,6 +52,16 @@ impl Complaint {
         Self::usage(what, chain(fault), fault.remedy())
     }
 
+    /// The outputs cannot be written.
+    pub fn output(input: &Path, error: &WriteError) -> Self {
+        Self {
+            class: ExitClass::OutputFailed,
+            what: format!("cannot deliver the result of {}", input.display()),
+            cause: chain(error),
+            remedy: "name a file in a folder that exists, that you may write to and that has room; nothing of this run is left behind".into(),
+        }
+    }
+
     /// A panic: our fault.
     pub fn bug(message: &str) -> Self {
         Self {
@@ -59,17 +69,6 @@ impl Complaint {
             what: "midshell has a bug".into(),
             cause: message.into(),
             remedy: "please report it with the part and the command line; a different --size may get round it".into(),
-        }
-    }
-}
-
-impl From<DeliveryError> for Complaint {
-    fn from(error: DeliveryError) -> Self {
-        Self {
-            class: ExitClass::OutputFailed,
-            what: error.to_string(),
-            cause: error.cause.to_string(),
-            remedy: "choose a folder that exists, that you may write to and that has room; no output of this run was left behind".into(),
         }
     }
 }

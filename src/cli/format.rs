@@ -1,69 +1,52 @@
-//! Which format an output gets: its extension decides; `--format` picks the dialect where an extension has several, and names the format of outputs without one.
+//! Which format an output gets: its extension decides; `--format` picks the dialect where an extension has several, and names the format of outputs
+//! whose extension says nothing.
 
 use super::complaint::Complaint;
-use midshell::model::shell::ShellMesh;
+use midshell::export::Format;
 use std::path::Path;
 
-/// Name of a format and its extension, the first of an extension being its usual dialect.
-const FORMATS: [(&str, &str); 5] = [
-    ("vtu", "vtu"),
-    ("msh", "msh"),
-    ("calculix", "inp"),
-    ("abaqus", "inp"),
-    ("nastran", "bdf"),
-];
-
-/// A format by its name.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Format(&'static str);
-
-impl Format {
-    /// The format of an output.
-    pub fn of(output: &Path, wish: Option<&str>) -> Result<Format, Complaint> {
-        let wish = wish.map(|name| Self::named(output, name)).transpose()?;
-        let extension = output
-            .extension()
-            .map(|e| e.to_string_lossy().to_lowercase())
-            .unwrap_or_default();
-        let mut dialects = FORMATS.iter().filter(|f| f.1 == extension).map(|f| f.0);
-        match (wish, dialects.clone().next()) {
-            (Some(wish), Some(_)) if dialects.any(|name| name == wish.0) => Ok(wish),
-            (_, Some(usual)) => Ok(Format(usual)),
-            (Some(wish), None) => Ok(wish),
-            (None, None) => Err(Complaint::usage(
-                format!("cannot write {}", output.display()),
-                format!("no format has the extension '{extension}'"),
-                format!(
-                    "use one of the extensions {}, or name the format with --format",
-                    extensions()
-                ),
-            )),
+/// The format of an output.
+pub fn format_of(output: &Path, wish: Option<&str>) -> Result<Format, Complaint> {
+    let what = || format!("cannot write {}", output.display());
+    let wish = match wish.map(|name| (name, Format::from_name(name))) {
+        Some((name, None)) => {
+            let cause = format!("no format is called '{name}'");
+            return Err(Complaint::usage(
+                what(),
+                cause,
+                format!("choose one of: {}", names()),
+            ));
         }
-    }
-
-    fn named(output: &Path, name: &str) -> Result<Format, Complaint> {
-        FORMATS
-            .iter()
-            .find(|f| f.0 == name || f.1 == name)
-            .map(|f| Format(f.0))
-            .ok_or_else(|| {
-                let names: Vec<&str> = FORMATS.iter().map(|f| f.0).collect();
-                Complaint::usage(
-                    format!("cannot write {}", output.display()),
-                    format!("no format is called '{name}'"),
-                    format!("choose one of: {}", names.join(", ")),
-                )
-            })
-    }
-
-    /// The file's contents.
-    pub fn render(self, _: &ShellMesh) -> Vec<u8> {
-        Vec::new()
+        Some((_, format)) => format,
+        None => None,
+    };
+    let extension = output
+        .extension()
+        .map(|e| e.to_string_lossy().into_owned())
+        .unwrap_or_default();
+    match (Format::from_extension(&extension), wish) {
+        (Some(usual), Some(wish)) if wish.extension() == usual.extension() => Ok(wish),
+        (Some(usual), _) => Ok(usual),
+        (None, Some(wish)) => Ok(wish),
+        (None, None) => Err(Complaint::usage(
+            what(),
+            format!("no format has the extension '{extension}'"),
+            format!(
+                "end its name with one of {}, or name the format with --format",
+                extensions()
+            ),
+        )),
     }
 }
 
+/// The names of all formats, for people.
+pub fn names() -> String {
+    Format::ALL.map(Format::name).join(", ")
+}
+
 fn extensions() -> String {
-    let mut list: Vec<String> = FORMATS.iter().map(|f| format!(".{}", f.1)).collect();
+    let mut list = Format::ALL.map(|f| format!(".{}", f.extension())).to_vec();
+    list.sort();
     list.dedup();
     list.join(", ")
 }
@@ -72,19 +55,19 @@ fn extensions() -> String {
 mod tests {
     use super::*;
 
-    fn name(output: &str, wish: Option<&str>) -> Option<&'static str> {
-        Format::of(Path::new(output), wish).ok().map(|f| f.0)
+    fn found(output: &str, wish: Option<&str>) -> Option<Format> {
+        format_of(Path::new(output), wish).ok()
     }
 
     #[test]
     fn the_extension_decides_and_the_wish_picks_the_dialect() {
-        assert_eq!(name("a.vtu", None), Some("vtu"));
-        assert_eq!(name("a.INP", None), Some("calculix"));
-        assert_eq!(name("a.inp", Some("abaqus")), Some("abaqus"));
-        assert_eq!(name("a.vtu", Some("abaqus")), Some("vtu"));
-        assert_eq!(name("/dev/full", Some("vtu")), Some("vtu"));
-        assert_eq!(name("a", None), None);
-        assert_eq!(name("a.xyz", None), None);
-        assert_eq!(name("a.vtu", Some("nonsense")), None);
+        assert_eq!(found("a.vtu", None), Some(Format::Vtu));
+        assert_eq!(found("a.INP", None), Some(Format::Calculix));
+        assert_eq!(found("a.inp", Some("abaqus")), Some(Format::Abaqus));
+        assert_eq!(found("a.vtu", Some("abaqus")), Some(Format::Vtu));
+        assert_eq!(found("/dev/full", Some("vtu")), Some(Format::Vtu));
+        assert_eq!(found("a", None), None);
+        assert_eq!(found("a.xyz", None), None);
+        assert_eq!(found("a.vtu", Some("nonsense")), None);
     }
 }

@@ -23,7 +23,7 @@ mod vtu;
 mod write;
 
 pub use checked::ExportError;
-pub use write::{WriteError, write_all, write_all_with};
+pub use write::{WriteError, probe, write_all, write_all_with};
 
 use crate::model::shell::ShellMesh;
 

@@ -98,6 +98,12 @@ pub fn write_all_with(
     rename_all(outputs, &targets, filled)
 }
 
+/// Finds out whether an output could be written, and leaves nothing behind: better known before an hour's work than after it.
+pub fn probe(path: &Path) -> Result<(), WriteError> {
+    let target = target(path)?;
+    temporary(&target).map(drop).map_err(|e| named(path, 0, e))
+}
+
 /// The file that shall be replaced or made: in an existing folder, and not a folder, device or pipe.
 fn target(path: &Path) -> Result<PathBuf, WriteError> {
     let folder = folder_of(path);
@@ -352,6 +358,18 @@ mod tests {
             matches!(result, Err(WriteError::NamedTwice { .. })),
             "{result:?}"
         );
+    }
+
+    #[test]
+    fn a_probe_refuses_what_cannot_be_written_and_leaves_nothing() {
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        fs::write(at("file"), "old").unwrap();
+        assert!(probe(&at("new")).is_ok() && probe(&at("file")).is_ok());
+        for bad in [at("none/out"), at("file/out"), folder.path().to_path_buf()] {
+            assert!(probe(&bad).is_err(), "{}", bad.display());
+        }
+        assert_eq!(listing(folder.path()), pairs(&[("file", "old")]));
     }
 
     #[test]

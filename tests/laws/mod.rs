@@ -25,12 +25,11 @@ const MAY_NAME: &[(&str, &[&str])] = &[
     ("options", &[]),
     ("exit_class", &[]),
     ("inspection", &["model"]),
-    ("deliver", &[]),
     (
         "import",
         &["model", "geom", "spatial", "options", "exit_class"],
     ),
-    ("export", &["model", "geom", "deliver"]),
+    ("export", &["model", "geom"]),
     ("doctor", &["import", "options", "exit_class"]),
     (
         "pipeline",
@@ -45,7 +44,6 @@ const MAY_NAME: &[(&str, &[&str])] = &[
             "options",
             "exit_class",
             "inspection",
-            "deliver",
             "import",
             "export",
         ],
@@ -58,7 +56,6 @@ const MAY_NAME: &[(&str, &[&str])] = &[
             "options",
             "exit_class",
             "inspection",
-            "deliver",
             "doctor",
             "export",
             "model",
@@ -76,10 +73,7 @@ const FOREIGN_HOMES: [(&str, &str); 4] = [
 
 /// Parts of std that only some modules may name.
 const STD_HOMES: [(&str, &[&str]); 4] = [
-    (
-        "fs",
-        &["import", "deliver", "export", "pipeline", "doctor", "cli"],
-    ),
+    ("fs", &["import", "export", "pipeline", "doctor", "cli"]),
     ("process", &["import", "doctor", "cli"]),
     ("time", &["import", "doctor", "pipeline", "options", "cli"]),
     ("env", &["import", "doctor", "cli"]),
