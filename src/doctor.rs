@@ -15,7 +15,7 @@ const VERSION_LIMIT: Duration = Duration::from_secs(20);
 /// The oldest gmsh whose MSH 4.1 and HXT mesher we rely on, as (major, minor).
 const OLDEST_GMSH: (u32, u32) = (4, 9);
 
-const INSTALL_GMSH: &str = "python3 -m venv .venv && .venv/bin/pip install gmsh==4.15.2, then --gmsh .venv/bin/gmsh (or apt-get install gmsh)";
+const INSTALL_GMSH: &str = "python3 -m venv .venv && . .venv/bin/activate && pip install gmsh==4.15.2 (or apt-get install gmsh)";
 const INSTALL_LIBRARIES: &str =
     "apt-get install libglu1-mesa libgl1 libxrender1 libxcursor1 libxft2 libxinerama1 libgomp1";
 

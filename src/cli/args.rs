@@ -73,8 +73,6 @@ pub struct ToolArgs {
 
 #[derive(Args, Debug)]
 pub struct MeshArgs {
-    #[command(flatten)]
-    pub source: SourceArgs,
     /// A file to write; the format follows from its extension. May be given several times
     #[arg(short, long = "output", value_name = "OUT", required = true, value_hint = ValueHint::FilePath)]
     pub outputs: Vec<PathBuf>,
@@ -98,15 +96,17 @@ pub struct MeshArgs {
     /// Keep the result of every stage in this folder, to look into a run that went wrong
     #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
     pub dump: Option<PathBuf>,
+    #[command(flatten)]
+    pub source: SourceArgs,
 }
 
 #[derive(Args, Debug)]
 pub struct InspectArgs {
-    #[command(flatten)]
-    pub source: SourceArgs,
     /// Write the findings as JSON; - is the terminal
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     pub json: Option<PathBuf>,
+    #[command(flatten)]
+    pub source: SourceArgs,
 }
 
 #[derive(Args, Debug)]
