@@ -1,9 +1,14 @@
 //! **midshell**: from a thin-walled solid to a connected shell mesh on its mid-surface.
 
+pub mod doctor;
+pub mod exit_class;
 pub mod export;
 pub mod geom;
 pub mod import;
+pub mod inspection;
 pub mod medial;
 pub mod model;
+pub mod options;
+pub mod pipeline;
 pub mod spatial;
 pub mod stage;

@@ -1,0 +1,31 @@
+# make demo: the main job on a real part. make test: all tests. Both set up what is missing, once.
+
+PART := openamr-motor-bracket
+OUT := out
+
+.PHONY: all demo test check clean
+
+all: demo
+
+demo: .venv/.run-ready
+	cargo build --release --locked
+	mkdir -p $(OUT)
+	tools/with-tools.sh target/release/midshell mesh examples/parts/$(PART).step \
+		-o $(OUT)/$(PART).vtu -o $(OUT)/$(PART).inp -o $(OUT)/$(PART).bdf -o $(OUT)/$(PART).msh \
+		--json $(OUT)/$(PART).json --timings
+
+test: .venv/.test-ready
+	tools/with-tools.sh cargo test --locked --no-fail-fast
+
+check:
+	.ci/run
+
+.venv/.run-ready: tools/setup.sh tools/requirements-run.txt
+	tools/setup.sh run
+
+.venv/.test-ready: .venv/.run-ready tools/requirements-test.txt
+	tools/setup.sh test
+
+clean:
+	cargo clean
+	rm -rf $(OUT) .venv

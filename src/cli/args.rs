@@ -1,0 +1,223 @@
+//! Every flag of the command line, once. No flag holds a default value: those are the library's.
+
+use clap::builder::PossibleValuesParser;
+use clap::{Args, Parser, Subcommand, ValueHint};
+use clap_complete::Shell;
+use midshell::exit_class::ExitClass;
+use midshell::options::{ElementShape, MeshOptions};
+use std::path::PathBuf;
+use std::time::Duration;
+
+const EXAMPLES: &str = "\
+Examples:
+  midshell mesh bracket.step -o bracket.inp
+  midshell mesh cover.step -o cover.vtu -o cover.bdf --size 4 --element quad --json cover.json
+  midshell mesh hood.step -o hood.inp --format abaqus --size-curvature 24 --timings
+  midshell inspect bracket.step
+  midshell doctor
+  midshell completions bash > ~/.local/share/bash-completion/completions/midshell";
+
+/// A thin-walled CAD solid in, a connected shell mesh on its mid-surface with thickness out.
+#[derive(Parser, Debug)]
+#[command(name = "midshell", version, arg_required_else_help = true, after_help = after_help())]
+pub struct Cli {
+    #[command(subcommand)]
+    pub command: Verb,
+}
+
+#[derive(Subcommand, Debug)]
+pub enum Verb {
+    /// Mesh the mid-surface of a part
+    #[command(after_help = after_help())]
+    Mesh(MeshArgs),
+    /// Show what a part is made of: solids, faces, walls, thickness, sheets, junctions, lumps
+    Inspect(InspectArgs),
+    /// Show which gmsh would run, what is missing, and the command that mends it
+    Doctor(DoctorArgs),
+    /// Print a completion script for a shell
+    Completions {
+        /// The shell
+        shell: Shell,
+    },
+}
+
+/// What is read, and with which tool.
+#[derive(Args, Debug)]
+pub struct SourceArgs {
+    /// The part: a STEP file (also IGES or BREP)
+    #[arg(value_name = "IN", value_hint = ValueHint::FilePath)]
+    pub input: PathBuf,
+    #[command(flatten)]
+    pub tool: ToolArgs,
+    /// Longest that one run of gmsh may take, in seconds [default: 5 minutes]
+    #[arg(long, value_name = "SECONDS", allow_hyphen_values = true, value_parser = seconds)]
+    pub time_limit: Option<Duration>,
+    /// Threads to work with [default: one a core]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    pub threads: Option<u16>,
+    /// Say nothing but errors
+    #[arg(short, long)]
+    pub quiet: bool,
+    /// Say what is being done, with times
+    #[arg(short, long, conflicts_with = "quiet")]
+    pub verbose: bool,
+}
+
+/// Which gmsh.
+#[derive(Args, Debug)]
+pub struct ToolArgs {
+    /// The gmsh command [default: MIDSHELL_GMSH, then the PATH]
+    #[arg(long, value_name = "PATH", value_hint = ValueHint::ExecutablePath)]
+    pub gmsh: Option<PathBuf>,
+}
+
+#[derive(Args, Debug)]
+pub struct MeshArgs {
+    /// A file to write; the format follows from its extension. May be given several times
+    #[arg(short, long = "output", value_name = "OUT", required = true, value_hint = ValueHint::FilePath)]
+    pub outputs: Vec<PathBuf>,
+    /// Edge length of the elements, in mm [default: from the part's thickness and features]
+    #[arg(long, value_name = "H", allow_hyphen_values = true)]
+    pub size: Option<f64>,
+    /// Elements in a full turn of a curved wall [default: curvature does not refine]
+    #[arg(long, value_name = "N", allow_hyphen_values = true)]
+    pub size_curvature: Option<f64>,
+    /// The elements to make [default: tri]
+    #[arg(long, value_parser = shapes())]
+    pub element: Option<String>,
+    #[arg(long, value_name = "F", help = format_help())]
+    pub format: Option<String>,
+    /// Write the report as JSON; - is the terminal
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
+    pub json: Option<PathBuf>,
+    /// Show how long each stage took
+    #[arg(long)]
+    pub timings: bool,
+    /// Keep the result of every stage in this folder, to look into a run that went wrong
+    #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
+    pub dump: Option<PathBuf>,
+    #[command(flatten)]
+    pub source: SourceArgs,
+}
+
+#[derive(Args, Debug)]
+pub struct InspectArgs {
+    /// Write the findings as JSON; - is the terminal
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
+    pub json: Option<PathBuf>,
+    #[command(flatten)]
+    pub source: SourceArgs,
+}
+
+#[derive(Args, Debug)]
+pub struct DoctorArgs {
+    #[command(flatten)]
+    pub tool: ToolArgs,
+}
+
+impl SourceArgs {
+    /// The library's options with what the user chose.
+    pub fn options(&self) -> MeshOptions {
+        let mut options = MeshOptions {
+            gmsh: self.tool.gmsh.clone(),
+            ..MeshOptions::default()
+        };
+        if let Some(limit) = self.time_limit {
+            options.time_limit = limit;
+        }
+        options
+    }
+}
+
+impl MeshArgs {
+    /// The library's options with what the user chose.
+    pub fn options(&self) -> MeshOptions {
+        let mut options = MeshOptions {
+            size: self.size,
+            size_curvature: self.size_curvature,
+            dump: self.dump.clone(),
+            ..self.source.options()
+        };
+        // clap let only known names through.
+        if let Some(shape) = self.element.as_deref().and_then(|name| name.parse().ok()) {
+            options.element = shape;
+        }
+        options
+    }
+}
+
+fn format_help() -> String {
+    format!(
+        "The dialect where an extension has several (.inp), or the format of outputs whose extension says nothing: {}",
+        super::format::names()
+    )
+}
+
+fn shapes() -> PossibleValuesParser {
+    PossibleValuesParser::new(ElementShape::NAMED.iter().map(|(name, _)| *name))
+}
+
+fn seconds(text: &str) -> Result<Duration, String> {
+    let seconds: f64 = text.parse().map_err(|_| "not a number of seconds")?;
+    Duration::try_from_secs_f64(seconds).map_err(|e| e.to_string())
+}
+
+/// Examples and the exit statuses, below every long help.
+fn after_help() -> String {
+    let mut text = format!("{EXAMPLES}\n\nExit status:\n");
+    for class in ExitClass::ALL {
+        text.push_str(&format!("  {:>2}  {}\n", class.code(), class.meaning()));
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory;
+
+    #[test]
+    fn the_flags_do_not_contradict_each_other() {
+        Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn a_bare_command_line_changes_no_default() {
+        let cli = Cli::try_parse_from(["midshell", "mesh", "a.step", "-o", "a.inp"]).unwrap();
+        let Verb::Mesh(args) = cli.command else {
+            panic!("not mesh")
+        };
+        assert_eq!(args.options(), MeshOptions::default());
+    }
+
+    #[test]
+    fn every_choice_reaches_the_library() {
+        let line = "midshell mesh a.step -o a.inp --size -2.5 --size-curvature 24 --element quad --gmsh /g --time-limit 1.5 --dump d";
+        let cli = Cli::try_parse_from(line.split(' ')).unwrap();
+        let Verb::Mesh(args) = cli.command else {
+            panic!("not mesh")
+        };
+        let want = MeshOptions {
+            size: Some(-2.5),
+            size_curvature: Some(24.0),
+            element: ElementShape::Quad,
+            gmsh: Some("/g".into()),
+            time_limit: Duration::from_millis(1500),
+            dump: Some("d".into()),
+        };
+        assert_eq!(args.options(), want);
+    }
+
+    #[test]
+    fn help_tells_the_defaults_that_the_library_has() {
+        let defaults = MeshOptions::default();
+        let help = Cli::command()
+            .find_subcommand_mut("mesh")
+            .unwrap()
+            .render_long_help()
+            .to_string();
+        assert!(help.contains(&format!("[default: {}]", defaults.element)));
+        let minutes = format!("[default: {} minutes]", defaults.time_limit.as_secs() / 60);
+        assert!(help.contains(&minutes), "{minutes} not in\n{help}");
+    }
+}

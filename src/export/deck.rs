@@ -1,0 +1,154 @@
+//! What Abaqus and CalculiX decks share: the heading, nodes, elements, sets and the material.
+//!
+//! Real numbers take at most 20 characters, because both solvers read no more of a field; lists have 16 numbers a line at most.
+
+use super::cells::Cell;
+use super::number::{Style, fitted};
+use super::sets::Sets;
+use super::{ExportOptions, number_of, title_line};
+use crate::model::shell::ShellMesh;
+
+/// The name of the material in the deck.
+pub(super) const MATERIAL: &str = "STEEL";
+
+/// A deck in the making.
+pub(super) struct Deck {
+    out: String,
+}
+
+impl Deck {
+    /// Everything before the sections. `types` are the names of triangles and quads.
+    pub fn start(
+        solver: &str,
+        types: [&str; 2],
+        mesh: &ShellMesh,
+        cells: &[Cell],
+        sets: &Sets,
+        options: &ExportOptions<'_>,
+    ) -> Self {
+        let mut deck = Self { out: String::new() };
+        deck.heading(solver, mesh, cells, options);
+        deck.nodes(mesh);
+        for (kind, corners) in types.into_iter().zip([3, 4]) {
+            deck.elements(kind, cells.iter().filter(|c| c.corners.len() == corners));
+        }
+        for (name, numbers) in &sets.elements {
+            deck.element_set(name, numbers);
+        }
+        for (name, numbers) in &sets.nodes {
+            deck.line(&format!("*NSET, NSET={name}"));
+            deck.list(numbers);
+        }
+        deck.material(options);
+        deck
+    }
+
+    fn heading(
+        &mut self,
+        solver: &str,
+        mesh: &ShellMesh,
+        cells: &[Cell],
+        options: &ExportOptions<'_>,
+    ) {
+        self.line("*HEADING");
+        let title = format!("mid-surface shell mesh {}", title_line(options));
+        self.line(title.trim_end());
+        self.line(&format!(
+            "** midshell {} for {solver}: {} nodes, {} elements, {} sheets",
+            env!("CARGO_PKG_VERSION"),
+            mesh.nodes.len(),
+            cells.len(),
+            mesh.sheets.len()
+        ));
+        self.line(
+            "** Units: mm, N, t, s; stress in MPa. Reference surface: the middle (no offset).",
+        );
+        self.line("** Put your own material and steps after the last line.");
+        let split = cells.len() - mesh.elements.len();
+        if split > 0 {
+            self.line(&format!(
+                "** {split} quads with a corner of 180 degrees or more are written as two triangles."
+            ));
+        }
+    }
+
+    fn nodes(&mut self, mesh: &ShellMesh) {
+        self.line("*NODE, NSET=NALL");
+        for (node, p) in mesh.nodes.enumerated() {
+            let text = [real(p.x), real(p.y), real(p.z)].join(", ");
+            self.line(&format!("{}, {text}", number_of(node)));
+        }
+    }
+
+    fn elements<'a>(&mut self, kind: &str, cells: impl Iterator<Item = &'a Cell>) {
+        for (k, cell) in cells.enumerate() {
+            if k == 0 {
+                self.line(&format!("*ELEMENT, TYPE={kind}, ELSET=EALL"));
+            }
+            let corners: Vec<String> = cell
+                .corners
+                .iter()
+                .map(|&n| number_of(n).to_string())
+                .collect();
+            self.line(&format!("{}, {}", cell.number, corners.join(", ")));
+        }
+    }
+
+    fn material(&mut self, options: &ExportOptions<'_>) {
+        let material = options.material;
+        self.line(&format!("*MATERIAL, NAME={MATERIAL}"));
+        self.line("*ELASTIC");
+        let elastic = [real(material.young_mpa), real(material.poisson)];
+        self.line(&elastic.join(", "));
+        self.line("*DENSITY");
+        self.line(&real(material.density_t_per_mm3));
+    }
+
+    /// An element set.
+    pub fn element_set(&mut self, name: &str, numbers: &[usize]) {
+        self.line(&format!("*ELSET, ELSET={name}"));
+        self.list(numbers);
+    }
+
+    /// A shell section of the elements of `set`, with `extra` parameters (each with its comma before it).
+    pub fn section(&mut self, set: &str, extra: &str, thickness: f64) {
+        self.line(&format!(
+            "*SHELL SECTION, ELSET={set}, MATERIAL={MATERIAL}{extra}"
+        ));
+        self.line(&real(thickness));
+    }
+
+    /// The thickness of nodes, by number.
+    pub fn nodal_thickness(&mut self, nodal: &[(usize, f64)]) {
+        if nodal.is_empty() {
+            return;
+        }
+        self.line("*NODAL THICKNESS");
+        for (number, thickness) in nodal {
+            self.line(&format!("{number}, {}", real(*thickness)));
+        }
+    }
+
+    /// A line of its own.
+    pub fn line(&mut self, text: &str) {
+        self.out.push_str(text);
+        self.out.push('\n');
+    }
+
+    fn list(&mut self, numbers: &[usize]) {
+        for sixteen in numbers.chunks(16) {
+            let texts: Vec<String> = sixteen.iter().map(usize::to_string).collect();
+            self.line(&texts.join(", "));
+        }
+    }
+
+    /// The finished bytes.
+    pub fn finish(self) -> Vec<u8> {
+        self.out.into_bytes()
+    }
+}
+
+/// A real number in the 20 characters that both solvers read.
+pub(super) fn real(value: f64) -> String {
+    fitted(value, 20, Style::Plain).0
+}

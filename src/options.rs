@@ -1,0 +1,240 @@
+//! What a caller may choose, and what holds where he does not: every default value of the program stands here.
+//!
+//! Guarantee: an option that [`MeshOptions::check`] lets pass is finite and in range, so that nothing later asks again. Whether a size suits the
+//! part is known only when the part is read: [`MeshOptions::check_against`]. Sizes are mm.
+
+use std::fmt;
+use std::path::PathBuf;
+use std::str::FromStr;
+use std::time::Duration;
+
+/// Which elements the shell is made of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub enum ElementShape {
+    /// Triangles only.
+    #[default]
+    Tri,
+    /// Quads wherever two triangles pair well; the fewest triangles.
+    Quad,
+    /// Quads where they are better than the triangles that they replace.
+    Mixed,
+}
+
+impl ElementShape {
+    /// Every shape with its name on the command line and in reports.
+    pub const NAMED: [(&'static str, ElementShape); 3] = [
+        ("tri", ElementShape::Tri),
+        ("quad", ElementShape::Quad),
+        ("mixed", ElementShape::Mixed),
+    ];
+
+    /// Its name.
+    pub fn name(self) -> &'static str {
+        Self::NAMED
+            .iter()
+            .find(|(_, shape)| *shape == self)
+            .map_or("", |(name, _)| name)
+    }
+}
+
+impl fmt::Display for ElementShape {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+impl FromStr for ElementShape {
+    type Err = OptionFault;
+    fn from_str(text: &str) -> Result<Self, OptionFault> {
+        Self::NAMED
+            .iter()
+            .find(|(name, _)| *name == text)
+            .map(|(_, shape)| *shape)
+            .ok_or_else(|| OptionFault::Shape(text.to_owned()))
+    }
+}
+
+impl serde::Serialize for ElementShape {
+    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_str(self.name())
+    }
+}
+
+/// Longest that one run of gmsh may take. The slowest real part that we know needs about a minute; five leave room for slow machines.
+const TIME_LIMIT: Duration = Duration::from_secs(300);
+
+/// The choices of one run.
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+pub struct MeshOptions {
+    /// Edge length that the elements should have, mm. None: the part decides (a few thicknesses, bounded by its features).
+    pub size: Option<f64>,
+    /// Elements in a full turn of a curved wall. None: curvature does not refine.
+    pub size_curvature: Option<f64>,
+    /// Which elements.
+    pub element: ElementShape,
+    /// The gmsh command. None: the importer looks for one.
+    pub gmsh: Option<PathBuf>,
+    /// Longest that one run of gmsh may take.
+    pub time_limit: Duration,
+    /// A folder for the result of every stage, to look into a run that went wrong. None: nothing is kept.
+    pub dump: Option<PathBuf>,
+}
+
+impl Default for MeshOptions {
+    fn default() -> Self {
+        Self {
+            size: None,
+            size_curvature: None,
+            element: ElementShape::default(),
+            gmsh: None,
+            time_limit: TIME_LIMIT,
+            dump: None,
+        }
+    }
+}
+
+/// What can be wrong with the options.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum OptionFault {
+    /// A length that is zero, negative, infinite or no number.
+    #[error("the element size is {0}, but it must be a length above zero (in mm)")]
+    Size(f64),
+    /// The wanted elements are larger than the part.
+    #[error(
+        "the element size {size} mm is larger than the part, which measures {part} mm corner to corner"
+    )]
+    SizeBeyondPart {
+        /// The size asked for, mm.
+        size: f64,
+        /// Diagonal of the part's box, mm.
+        part: f64,
+    },
+    /// Too few elements a turn.
+    #[error("{0} elements in a full turn: a turn takes at least {MIN_PER_TURN}, and a number")]
+    SizeCurvature(f64),
+    /// A time limit of zero.
+    #[error("the time limit is zero: nothing can be done in no time")]
+    TimeLimit,
+    /// An element shape that we do not know.
+    #[error("no element shape is called '{0}'")]
+    Shape(String),
+}
+
+/// Three chords are the fewest that still go round something.
+const MIN_PER_TURN: f64 = 3.0;
+
+impl OptionFault {
+    /// What the user can do about it.
+    pub fn remedy(&self) -> String {
+        match self {
+            OptionFault::Size(_) => {
+                "give a length such as --size 5, or leave --size out: then the part decides".into()
+            }
+            OptionFault::SizeBeyondPart { part, .. } => format!(
+                "give a size below {part:.4} mm (is the file in the unit that you expect?), or leave --size out: then the part decides"
+            ),
+            OptionFault::SizeCurvature(_) => {
+                "give a number such as --size-curvature 24, or leave it out".into()
+            }
+            OptionFault::TimeLimit => {
+                "give the seconds that one run of gmsh may take, such as --time-limit 300".into()
+            }
+            OptionFault::Shape(_) => {
+                let names: Vec<&str> = ElementShape::NAMED.iter().map(|n| n.0).collect();
+                format!("choose one of: {}", names.join(", "))
+            }
+        }
+    }
+}
+
+impl MeshOptions {
+    /// The first thing that is wrong whatever the part is.
+    pub fn check(&self) -> Result<(), OptionFault> {
+        if let Some(size) = self.size
+            && !(size.is_finite() && size > 0.0)
+        {
+            return Err(OptionFault::Size(size));
+        }
+        if let Some(count) = self.size_curvature
+            && !(count.is_finite() && count >= MIN_PER_TURN)
+        {
+            return Err(OptionFault::SizeCurvature(count));
+        }
+        if self.time_limit.is_zero() {
+            return Err(OptionFault::TimeLimit);
+        }
+        Ok(())
+    }
+
+    /// Whether the size suits a part whose box has this diagonal (mm). A larger size is refused, not clamped: it is nearly always a wrong unit.
+    pub fn check_against(&self, part_diagonal: f64) -> Result<(), OptionFault> {
+        match self.size {
+            Some(size) if size > part_diagonal => Err(OptionFault::SizeBeyondPart {
+                size,
+                part: part_diagonal,
+            }),
+            _ => Ok(()),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn sized(size: f64) -> MeshOptions {
+        MeshOptions {
+            size: Some(size),
+            ..MeshOptions::default()
+        }
+    }
+
+    #[test]
+    fn defaults_pass_their_own_check() {
+        assert_eq!(MeshOptions::default().check(), Ok(()));
+    }
+
+    #[test]
+    fn sizes_that_are_no_length_are_refused() {
+        for bad in [0.0, -0.0, -5.0, f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+            assert!(
+                matches!(sized(bad).check(), Err(OptionFault::Size(_))),
+                "{bad}"
+            );
+        }
+        assert_eq!(sized(1e-6).check(), Ok(()));
+    }
+
+    #[test]
+    fn a_size_beyond_the_part_is_refused_and_names_the_part() {
+        assert_eq!(sized(100.0).check_against(100.0), Ok(()));
+        let fault = sized(100.5).check_against(100.0).unwrap_err();
+        assert!(fault.to_string().contains("100 mm corner to corner"));
+        assert!(fault.remedy().contains("below 100"));
+    }
+
+    #[test]
+    fn too_few_elements_a_turn_and_no_time_are_refused() {
+        for bad in [f64::NAN, -1.0, 0.0, 2.9, f64::INFINITY] {
+            let options = MeshOptions {
+                size_curvature: Some(bad),
+                ..MeshOptions::default()
+            };
+            assert!(options.check().is_err(), "{bad}");
+        }
+        let options = MeshOptions {
+            time_limit: Duration::ZERO,
+            ..MeshOptions::default()
+        };
+        assert_eq!(options.check(), Err(OptionFault::TimeLimit));
+    }
+
+    #[test]
+    fn every_shape_is_found_by_its_name_and_no_other() {
+        for (name, shape) in ElementShape::NAMED {
+            assert_eq!(name.parse(), Ok(shape));
+            assert_eq!(shape.to_string(), name);
+        }
+        assert!("hex".parse::<ElementShape>().is_err());
+    }
+}

@@ -1,0 +1,221 @@
+//! The command line as its users meet it: streams, statuses, files.
+
+#![cfg(unix)]
+#![allow(clippy::unwrap_used, clippy::panic)]
+
+mod binary;
+
+use binary::{Bench, PLATE, gmsh};
+use midshell::exit_class::ExitClass;
+
+fn said(arguments: &[&str]) -> (i32, String, String) {
+    let bench = Bench::new();
+    let mut command = bench.midshell();
+    command.args(arguments);
+    let ended = bench.run(command);
+    assert!(ended.left.is_empty() && ended.litter.is_empty());
+    (ended.status.unwrap(), ended.stdout, ended.stderr)
+}
+
+/// The lines of a text that give a status and its meaning, however they are set.
+fn status_lines(text: &str) -> Vec<(u8, String)> {
+    text.lines()
+        .map(|line| line.replace(['|', '`'], " "))
+        .filter_map(|line| {
+            let (code, meaning) = line.trim().split_once(' ')?;
+            Some((code.parse().ok()?, meaning.trim().to_owned()))
+        })
+        .collect()
+}
+
+#[test]
+fn help_and_readme_show_the_one_table_of_statuses() {
+    let table: Vec<(u8, String)> = ExitClass::ALL
+        .iter()
+        .map(|c| (c.code(), c.meaning().to_owned()))
+        .collect();
+    let readme = include_str!("../README.md");
+    assert_eq!(status_lines(readme), table, "README.md");
+    for arguments in [&["--help"][..], &["mesh", "--help"], &["mesh", "-h"]] {
+        let (status, out, err) = said(arguments);
+        assert_eq!((status, err.as_str()), (0, ""));
+        assert_eq!(status_lines(&out), table, "{arguments:?}");
+        assert!(out.contains("Examples:"), "{arguments:?}");
+    }
+}
+
+#[test]
+fn version_is_a_result() {
+    let (status, out, err) = said(&["--version"]);
+    assert_eq!((status, err.as_str()), (0, ""));
+    assert_eq!(out, format!("midshell {}\n", env!("CARGO_PKG_VERSION")));
+}
+
+#[test]
+fn bad_usage_ends_with_two_and_an_empty_stdout() {
+    for arguments in [
+        &[][..],
+        &["frobnicate"],
+        &["mesh"],
+        &["mesh", "a.step"],
+        &["mesh", "a.step", "-o"],
+        &["mesh", "a.step", "-o", "a.vtu", "--element", "hex"],
+        &["mesh", "a.step", "-o", "a.vtu", "--threads", "0"],
+        &["mesh", "a.step", "-o", "a.vtu", "--time-limit", "-1"],
+        &["mesh", "a.step", "-o", "a.vtu", "--time-limit", "0"],
+        &["mesh", "a.step", "-o", "a.vtu", "--size-curvature", "1"],
+        &["mesh", "a.step", "-o", "a.vtu", "-q", "-v"],
+        &["mesh", "a.step", "-o", "a.unknown"],
+        &["mesh", "a.step", "-o", "a"],
+        &["mesh", "a.step", "-o", "a.vtu", "--format", "unknown"],
+        &["mesh", "a.step", "-o", "a.vtu", "-o", "./a.vtu"],
+        &["mesh", "a.step", "-o", "a.vtu", "--json", "a.vtu"],
+        &["inspect"],
+        &["completions", "tcsh"],
+    ] {
+        let (status, out, err) = said(arguments);
+        assert_eq!((status, out.as_str()), (2, ""), "{arguments:?}: {err}");
+        assert!(!err.is_empty(), "{arguments:?}");
+    }
+}
+
+#[test]
+fn the_input_is_never_overwritten() {
+    let bench = Bench::new();
+    let input = bench.file("part.vtu", "precious");
+    let mut command = bench.midshell();
+    command.args(["mesh", "part.vtu", "-o", "./part.vtu"]);
+    bench
+        .run(command)
+        .refused(2, &["part.vtu", "it is the input"]);
+    assert_eq!(std::fs::read(input).unwrap(), b"precious");
+}
+
+#[test]
+fn completions_know_every_verb() {
+    for shell in ["bash", "zsh", "fish", "elvish", "powershell"] {
+        let (status, out, err) = said(&["completions", shell]);
+        assert_eq!((status, err.as_str()), (0, ""));
+        for verb in ["mesh", "inspect", "doctor", "size-curvature"] {
+            assert!(out.contains(verb), "{shell}: {verb}");
+        }
+    }
+}
+
+#[test]
+fn a_reader_that_goes_away_is_no_failure() {
+    use std::process::{Command, Stdio};
+    let mut child = Command::new(env!("CARGO_BIN_EXE_midshell"))
+        .args(["completions", "zsh"])
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    drop(child.stdout.take());
+    let output = child.wait_with_output().unwrap();
+    assert_eq!(output.status.code(), Some(0));
+    assert_eq!(String::from_utf8_lossy(&output.stderr), "");
+}
+
+#[test]
+fn doctor_knows_a_sound_gmsh_from_a_missing_one() {
+    let sound = gmsh().display().to_string();
+    let (status, out, _) = said(&["doctor", "--gmsh", &sound]);
+    assert_eq!(status, 0, "{out}");
+    assert!(
+        out.contains(&sound) && out.contains("gmsh version"),
+        "{out}"
+    );
+    let (status, out, _) = said(&["doctor", "--gmsh", "/nonexistent/gmsh"]);
+    assert_eq!(status, i32::from(ExitClass::ToolFailed.code()), "{out}");
+    assert!(
+        out.contains("!!") && out.contains("pip install gmsh"),
+        "{out}"
+    );
+}
+
+#[test]
+fn a_plate_is_meshed_into_every_output() {
+    let bench = Bench::new();
+    let input = bench.step("plate.step", PLATE);
+    let ended = bench.mesh(
+        &input,
+        &[
+            "-o",
+            "b.inp",
+            "-o",
+            "c.bdf",
+            "-o",
+            "d.msh",
+            "--json",
+            "report.json",
+            "--timings",
+            "--threads",
+            "2",
+        ],
+    );
+    ended.went_well(&["b.inp", "c.bdf", "d.msh", "out.vtu", "report.json"]);
+    assert!(
+        ended.stdout.contains("wrote out.vtu") && ended.stdout.contains("total"),
+        "{}",
+        ended.stdout
+    );
+    let report = std::fs::read_to_string(bench.at("report.json")).unwrap();
+    let report: serde_json::Value = serde_json::from_str(&report).unwrap();
+    assert!(report.is_object());
+}
+
+#[test]
+fn stdout_holds_nothing_but_what_was_asked_for() {
+    let bench = Bench::new();
+    let input = bench.step("plate.step", PLATE);
+    let quiet = bench.mesh(&input, &["-q"]);
+    quiet.went_well(&["out.vtu"]);
+    assert_eq!(quiet.stdout, "");
+    let json = bench.mesh(&input, &["--json", "-", "--timings"]);
+    assert_eq!(json.status, Some(0), "{}", json.stderr);
+    assert!(
+        serde_json::from_str::<serde_json::Value>(&json.stdout).is_ok(),
+        "{}",
+        json.stdout
+    );
+    let verbose = bench.mesh(&input, &["-v"]);
+    assert_eq!(verbose.status, Some(0));
+    assert!(verbose.stderr.contains(" s  "), "{}", verbose.stderr);
+}
+
+#[test]
+fn the_dialect_of_an_inp_follows_the_format() {
+    let bench = Bench::new();
+    let input = bench.step("plate.step", PLATE);
+    let text = |dialect: &str| {
+        let mut command = bench.midshell();
+        command
+            .arg("mesh")
+            .arg(&input)
+            .args(["-o", "out.inp", "--format", dialect]);
+        assert_eq!(bench.run(command).status, Some(0));
+        std::fs::read_to_string(bench.at("out.inp")).unwrap()
+    };
+    assert_ne!(text("calculix"), text("abaqus"));
+}
+
+#[test]
+fn inspect_shows_a_table_and_json() {
+    let bench = Bench::new();
+    bench.step("plate.step", PLATE);
+    let inspect = |more: &[&str]| {
+        let mut command = bench.midshell();
+        command.args(["inspect", "plate.step"]).args(more);
+        bench.run(command)
+    };
+    let table = inspect(&[]);
+    table.went_well(&[]);
+    for word in ["1 solid", "12000.0 mm3", "2.000", "wall"] {
+        assert!(table.stdout.contains(word), "{word}: {}", table.stdout);
+    }
+    let json = inspect(&["--json", "-"]);
+    let value: serde_json::Value = serde_json::from_str(&json.stdout).unwrap();
+    assert_eq!(value["solids"].as_array().map(Vec::len), Some(1));
+    inspect(&["--json", "facts.json"]).went_well(&["facts.json"]);
+}

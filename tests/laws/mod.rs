@@ -1,0 +1,219 @@
+//! Reads the paths that a source file names and holds them against the laws.
+
+mod scan;
+
+use scan::{NamedPath, macros, named_paths, product_code};
+
+/// A source file: its name from the repository's root, with `/`.
+pub struct Source<'a> {
+    pub name: &'a str,
+    pub text: &'a str,
+}
+
+/// Longest file, in lines.
+const LONGEST: usize = 600;
+
+/// What each top-level module of the library may name beside itself.
+const MAY_NAME: &[(&str, &[&str])] = &[
+    ("model", &[]),
+    ("geom", &["model"]),
+    ("spatial", &["model", "geom"]),
+    ("solve", &["model", "geom"]),
+    ("cdt", &["model", "geom"]),
+    ("stage", &["model", "geom", "spatial", "solve", "cdt"]),
+    ("gpu", &["model", "geom", "spatial", "stage"]),
+    ("options", &[]),
+    ("exit_class", &[]),
+    ("inspection", &["model"]),
+    (
+        "import",
+        &["model", "geom", "spatial", "options", "exit_class"],
+    ),
+    ("export", &["model", "geom"]),
+    ("doctor", &["import", "options", "exit_class"]),
+    (
+        "pipeline",
+        &[
+            "model",
+            "geom",
+            "spatial",
+            "solve",
+            "cdt",
+            "stage",
+            "gpu",
+            "options",
+            "exit_class",
+            "inspection",
+            "import",
+            "export",
+        ],
+    ),
+    // The binary: these are modules of the library.
+    (
+        "cli",
+        &[
+            "pipeline",
+            "options",
+            "exit_class",
+            "inspection",
+            "doctor",
+            "export",
+            "model",
+        ],
+    ),
+];
+
+/// Foreign crates and the one module that may name each.
+const FOREIGN_HOMES: [(&str, &str); 4] = [
+    ("obvhs", "spatial"),
+    ("spade", "cdt"),
+    ("faer", "solve"),
+    ("wgpu", "gpu"),
+];
+
+/// Parts of std that only some modules may name.
+const STD_HOMES: [(&str, &[&str]); 4] = [
+    ("fs", &["import", "export", "pipeline", "doctor", "cli"]),
+    ("process", &["import", "doctor", "cli"]),
+    ("time", &["import", "doctor", "pipeline", "options", "cli"]),
+    ("env", &["import", "doctor", "cli"]),
+];
+
+/// Modules whose results must not hang on the order of a hash table.
+const ORDERED: [&str; 6] = ["model", "geom", "spatial", "solve", "cdt", "stage"];
+/// The comment, on the line or the one above, that says why a hash table does no harm.
+const ALLOW_UNORDERED: &str = "// unordered:";
+
+/// Everything that is wrong with a file.
+pub fn violations(source: &Source) -> Vec<String> {
+    let mut found = Vec::new();
+    let lines = source.text.lines().count();
+    if lines > LONGEST {
+        found.push(format!(
+            "{}: {lines} lines, at most {LONGEST} are allowed",
+            source.name
+        ));
+    }
+    let Some(inside) = source.name.strip_prefix("src/") else {
+        return found;
+    };
+    let module = module_path(inside);
+    let Some(top) = module.first().cloned() else {
+        return found;
+    };
+    let Some((_, may_name)) = MAY_NAME.iter().find(|(name, _)| *name == top) else {
+        found.push(format!(
+            "{}: module {top} has no law: add it to tests/laws and ARCHITECTURE.md",
+            source.name
+        ));
+        return found;
+    };
+    let code = product_code(source.text);
+    for path in named_paths(&code) {
+        if let Some(why) = wrong_path(source, &module, may_name, &path) {
+            found.push(format!("{}:{}: {why}", source.name, path.line));
+        }
+    }
+    if top != "cli" {
+        for (name, line) in macros(&code, &["print", "println", "eprint", "eprintln", "dbg"]) {
+            found.push(format!(
+                "{}:{line}: {name}! in the library: only the command line talks",
+                source.name
+            ));
+        }
+    }
+    found
+}
+
+fn wrong_path(
+    source: &Source,
+    module: &[String],
+    may_name: &[&str],
+    path: &NamedPath,
+) -> Option<String> {
+    let top = module[0].as_str();
+    let root = path.segments[0].as_str();
+    match root {
+        "crate" | "super" => {
+            // A path inside the binary says `crate` of itself; all its modules are one.
+            let full = absolute(module, &path.segments)?;
+            if top == "cli" {
+                return None;
+            }
+            wrong_arrow(module, may_name, &full)
+        }
+        "midshell" => wrong_arrow(module, may_name, &path.segments[1..]),
+        "std" => {
+            let part = path.segments.get(1)?.as_str();
+            if let Some((_, homes)) = STD_HOMES.iter().find(|(name, _)| *name == part)
+                && !homes.contains(&top)
+            {
+                return Some(format!("{top} names std::{part}"));
+            }
+            let hashed = path
+                .segments
+                .iter()
+                .any(|s| s == "HashMap" || s == "HashSet");
+            (hashed && ORDERED.contains(&top) && !excused(source.text, path.line))
+                .then(|| format!("a hash table without '{ALLOW_UNORDERED} reason'"))
+        }
+        foreign => FOREIGN_HOMES
+            .iter()
+            .find(|(name, home)| *name == foreign && *home != top)
+            .map(|(name, home)| format!("{top} names {name}, which stays behind {home}")),
+    }
+}
+
+fn wrong_arrow(module: &[String], may_name: &[&str], named: &[String]) -> Option<String> {
+    let target = named.first()?;
+    if *target != module[0] {
+        return (!may_name.contains(&target.as_str()))
+            .then(|| format!("{} names {target}", module[0]));
+    }
+    // Within `stage` each stage stands alone; a file `stage/x.rs` and a folder `stage/x/` are one stage.
+    if target == "stage"
+        && let (Some(own), Some(other)) = (module.get(1), named.get(1))
+        && own != other
+    {
+        return Some(format!("stage {own} names stage {other}"));
+    }
+    None
+}
+
+/// The module that a file is, from the crate's root: `stage/pair/mod.rs` is `[stage, pair]`. The binary's root counts as `cli`.
+fn module_path(inside: &str) -> Vec<String> {
+    match inside {
+        "lib.rs" => return Vec::new(),
+        "main.rs" => return vec!["cli".into()],
+        _ => {}
+    }
+    let stem = inside.trim_end_matches(".rs").trim_end_matches("/mod");
+    stem.split('/').map(str::to_owned).collect()
+}
+
+/// The path from the crate's root, without `crate`.
+fn absolute(module: &[String], segments: &[String]) -> Option<Vec<String>> {
+    if segments[0] == "crate" {
+        return Some(segments[1..].to_vec());
+    }
+    let ups = segments.iter().take_while(|s| *s == "super").count();
+    let base = module.len().checked_sub(ups)?;
+    Some(
+        module[..base]
+            .iter()
+            .chain(&segments[ups..])
+            .cloned()
+            .collect(),
+    )
+}
+
+fn excused(text: &str, line: usize) -> bool {
+    let lines: Vec<&str> = text.lines().collect();
+    let above = line.checked_sub(2).and_then(|i| lines.get(i));
+    let here = line.checked_sub(1).and_then(|i| lines.get(i));
+    [above, here]
+        .into_iter()
+        .flatten()
+        .filter_map(|l| l.split_once(ALLOW_UNORDERED))
+        .any(|(_, reason)| !reason.trim().is_empty())
+}
