@@ -1,1 +1,3 @@
 //! Filled by the modules below.
+
+pub mod remesh;
