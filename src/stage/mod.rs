@@ -6,6 +6,9 @@ pub mod collapse;
 pub mod decompose;
 pub mod extract;
 pub mod pair;
+pub mod remesh;
 pub mod role;
 pub mod shell;
 pub mod widen;
+//! Filled by the modules below.
+

@@ -1,0 +1,202 @@
+//! Contracts edges that are too short, where neither topology nor features nor shape suffer.
+//!
+//! The link condition for 2-complexes with feature strata: Dey, Edelsbrunner, Guha, Nekhayev 1999, "Topology preserving edge contraction",
+//! Publ. Inst. Math. 66. With the cone over the feature edges it says: the common neighbours of both ends are the apexes of the triangles
+//! between them, no two triangles fall together, ends that both lie on features are joined by a feature edge and share no feature neighbour.
+
+use super::job::Job;
+use super::shape::{may_turn, quality};
+use super::split::LONGEST;
+use super::surface::{Class, Surface, key};
+use crate::model::ids::NodeId;
+use std::cmp::Reverse;
+use std::collections::BinaryHeap;
+
+/// Edges shorter than this times the wanted length are contracted (Botsch & Kobbelt 2004).
+pub(super) const SHORTEST: f64 = 4.0 / 5.0;
+/// A contraction may leave triangles this good whatever was there before; smoothing mends them. Worse ones must be better than before.
+const FAIR: f64 = 0.3;
+/// A new turn of a feature curve stays below this share of the corner angle, so that a later look takes it for no corner.
+const TURN_SHARE: f64 = 0.75;
+
+/// What a contraction must keep to.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Bounds {
+    /// Edges whose ratio to the wanted length is below this are contracted.
+    pub shorter_than: f64,
+    /// New edges stay below this ratio, where no edge was longer before.
+    pub longest: f64,
+    /// How far a curve may be left, as a multiple of its slack.
+    pub deviation: f64,
+}
+
+impl Bounds {
+    /// Those of remeshing.
+    pub fn remesh() -> Self {
+        Self {
+            shorter_than: SHORTEST,
+            longest: LONGEST,
+            deviation: 1.0,
+        }
+    }
+    /// Those of cleaning: what is short goes, however long the others get.
+    pub fn clean() -> Self {
+        Self {
+            shorter_than: 1.0,
+            longest: f64::INFINITY,
+            deviation: 1.0,
+        }
+    }
+}
+
+/// Contracts the shortest edge until no short one can go.
+pub(super) fn contract_short(job: &mut Job, bounds: Bounds) {
+    let mut heap: BinaryHeap<Reverse<(u64, NodeId, NodeId)>> = job
+        .surface
+        .edges()
+        .into_iter()
+        .filter_map(|[a, b]| entry(job, a, b, bounds))
+        .collect();
+    while let Some(Reverse((k, a, b))) = heap.pop() {
+        // Entries of edges that are gone or changed are stale; the change has put in new ones.
+        if job.surface.around(a, b).is_empty() || k != key(job.ratio(a, b)) {
+            continue;
+        }
+        if let Some((gone, kept)) = choose(job, a, b, bounds) {
+            job.contract_edge(gone, kept);
+            job.stats.contractions += 1;
+            for n in job.surface.neighbours(kept) {
+                heap.extend(entry(job, kept.min(n), kept.max(n), bounds));
+            }
+        }
+    }
+}
+
+fn entry(job: &Job, a: NodeId, b: NodeId, bounds: Bounds) -> Option<Reverse<(u64, NodeId, NodeId)>> {
+    let ratio = job.ratio(a, b);
+    (ratio < bounds.shorter_than).then(|| Reverse((key(ratio), a, b)))
+}
+
+/// Which end of an edge may go; the one that leaves the better triangles.
+fn choose(job: &Job, a: NodeId, b: NodeId, bounds: Bounds) -> Option<(NodeId, NodeId)> {
+    let rate = |gone, kept| {
+        let quality = outcome(job, gone, kept, bounds)?;
+        let before = job.surface.quality_now(gone);
+        (quality >= FAIR.min(before)).then_some(quality)
+    };
+    match (rate(a, b), rate(b, a)) {
+        (Some(p), Some(q)) if q > p => Some((b, a)),
+        (Some(_), _) => Some((a, b)),
+        (None, Some(_)) => Some((b, a)),
+        (None, None) => None,
+    }
+}
+
+/// Least quality of the triangles that a contraction changes; `None` where it is not allowed.
+pub(super) fn outcome(job: &Job, gone: NodeId, kept: NodeId, bounds: Bounds) -> Option<f64> {
+    let surface = &job.surface;
+    if !keeps_topology(surface, gone, kept) {
+        return None;
+    }
+    if surface.class[gone] == Class::Curve && !keeps_curve(job, gone, kept, bounds) {
+        return None;
+    }
+    let p = surface.points[kept];
+    let mut least = f64::INFINITY;
+    for &t in surface.star(gone) {
+        let nodes = surface.triangle(t).nodes;
+        if nodes.contains(&kept) {
+            continue;
+        }
+        let new = surface.corners_with(t, gone, p);
+        if !may_turn(surface.corners(t), new, surface.reference[t]) {
+            return None;
+        }
+        least = least.min(quality(new));
+        for n in nodes.into_iter().filter(|&n| n != gone) {
+            let ratio = job.ratio(kept, n);
+            if ratio > bounds.longest && ratio > job.ratio(gone, n) {
+                return None;
+            }
+        }
+    }
+    Some(least)
+}
+
+/// The link condition, with the strata of features and corners.
+pub(super) fn keeps_topology(surface: &Surface, gone: NodeId, kept: NodeId) -> bool {
+    let ring = surface.around(gone, kept);
+    if ring.is_empty() {
+        return false;
+    }
+    let (of_gone, of_kept) = (surface.neighbours(gone), surface.neighbours(kept));
+    let common = |n: &NodeId| of_kept.binary_search(n).is_ok();
+    // Apexes are distinct, as no two triangles have the same nodes: counting them is enough.
+    if of_gone.iter().filter(|n| common(n)).count() != ring.len() {
+        return false;
+    }
+    let falls_together = surface.star(gone).iter().any(|&t| {
+        let nodes = surface.triangle(t).nodes;
+        if nodes.contains(&kept) {
+            return false;
+        }
+        let mut others = nodes.into_iter().filter(|&n| n != gone);
+        let (Some(x), Some(y)) = (others.next(), others.next()) else {
+            return true;
+        };
+        common(&x)
+            && common(&y)
+            && surface
+                .around(x, y)
+                .iter()
+                .any(|&s| surface.apex(s, x, y) == kept)
+    });
+    if falls_together {
+        return false;
+    }
+    match (surface.class[gone], surface.class[kept]) {
+        (Class::Corner, _) | (Class::Curve, Class::Sheet) => false,
+        (Class::Sheet, _) => true,
+        (Class::Curve, _) => {
+            surface.is_feature(&ring) && {
+                let near = surface.feature_neighbours(kept);
+                !surface
+                    .feature_neighbours(gone)
+                    .iter()
+                    .any(|n| near.contains(n))
+            }
+        }
+    }
+}
+
+/// Whether the curve through `gone` stays near its guide and makes no new corner when its node goes.
+fn keeps_curve(job: &Job, gone: NodeId, kept: NodeId, bounds: Bounds) -> bool {
+    let surface = &job.surface;
+    let ends = surface.feature_neighbours(gone);
+    let Some(&far) = ends.iter().find(|&&n| n != kept) else {
+        return false;
+    };
+    let (p, q) = (surface.points[kept], surface.points[far]);
+    for n in [kept, far] {
+        let Some(span) = job.guides.span(surface, gone, n) else {
+            return false;
+        };
+        if job.guides.deviation(&span, p, q) > bounds.deviation {
+            return false;
+        }
+    }
+    let most = TURN_SHARE * job.options.crease_angle;
+    let v = surface.points[gone];
+    [(kept, far), (far, kept)].into_iter().all(|(n, other)| {
+        if surface.class[n] != Class::Curve {
+            return true;
+        }
+        let Some(&beyond) = surface.feature_neighbours(n).iter().find(|&&m| m != gone) else {
+            return false;
+        };
+        let before = surface.points[n] - surface.points[beyond];
+        let turn = |to: glam::DVec3| before.angle_between(to - surface.points[n]);
+        let new = turn(surface.points[other]);
+        new <= most || new <= turn(v)
+    })
+}

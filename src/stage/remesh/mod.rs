@@ -1,0 +1,222 @@
+//! Remeshing of a non-manifold triangle complex to a size field, with the topology and the feature curves kept.
+//!
+//! [`clean`] contracts what is small in a raw complex (needles, caps, specks); [`remesh`] then makes good triangles: rounds of
+//! splitting long edges, contracting short ones, flipping and tangential smoothing (Botsch & Kobbelt 2004, "A remeshing approach to
+//! multiresolution modeling", DOI 10.1145/1057432.1057457), every node put back onto its supports, then a local search at the worst triangles.
+//!
+//! # Input
+//! A [`MidComplex`] whose `check()` is empty, orphan nodes allowed (they are dropped). Windings may be mixed.
+//!
+//! # Guarantees
+//! - The homotopy type and the graph of feature curves (rims, junctions, creases between walls, their corners and loops) stay: contraction
+//!   only under the link condition with feature strata (see `contract`), splits and flips cannot change them.
+//! - Corners stay: ends and forks of feature curves, and sharp turns (see `strata`).
+//! - Curves stay within `max_deviation` of where they were at the start, and nodes on them are put onto their supports.
+//! - No triangle turns over in one operation, nor leans further than 75 degrees from its wall, unless it did at the start and found no way out.
+//! - Each sheet comes out wound one way, to the side of the wall's normal.
+//! - Same result for any number of threads; scale-free.
+//!
+//! # Limits
+//! - Feature edges that form a triangle, or that lie closer than the wanted size, stay; sizes shrink there, down to a tenth.
+//! - Sheets do not see each other: two that come near may touch, where the size is far above their distance.
+//!
+//! # Cost
+//! Near-linear: about ten sweeps over all edges a round.
+
+mod caps;
+mod contract;
+mod flip;
+mod guide;
+mod job;
+mod orient;
+mod polish;
+mod shape;
+mod sizes;
+mod smooth;
+mod split;
+mod strata;
+mod surface;
+#[cfg(test)]
+mod tests;
+
+use crate::geom::placer::Placer;
+use crate::model::complex::MidComplex;
+use crate::model::ids::{IndexVec, NodeId, WallId};
+use contract::Bounds;
+use glam::DVec3;
+use guide::{GuideRules, Guides};
+use job::Job;
+use surface::Surface;
+
+/// How to remesh.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RemeshOptions {
+    /// Rounds of split, contract, flip, smooth. 8 by default: after 5 the edge lengths have settled, the rest is smoothing.
+    pub rounds: usize,
+    /// How far an edge may leave its feature curve, as a share of the wall's thickness. 0.05 by default: a hole as wide as ten thicknesses
+    /// gets 22 edges.
+    pub max_deviation: f64,
+    /// Feature curves that turn by more than this, radians, have a corner there. 50 degrees by default: above the 45 of an octagon, which a
+    /// coarse circle may be.
+    pub crease_angle: f64,
+    /// Edges round a full circle, at least, on curves and on curved walls. 10 by default.
+    pub segments_per_turn: f64,
+    /// Neighbouring sizes differ by this factor at most. 1.3 by default.
+    pub gradation: f64,
+}
+
+impl Default for RemeshOptions {
+    fn default() -> Self {
+        Self {
+            rounds: 8,
+            max_deviation: 0.05,
+            crease_angle: 50f64.to_radians(),
+            segments_per_turn: 10.0,
+            gradation: 1.3,
+        }
+    }
+}
+
+/// What was done.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct RemeshStats {
+    /// Edges split.
+    pub splits: usize,
+    /// Edges contracted.
+    pub contractions: usize,
+    /// Edges flipped.
+    pub flips: usize,
+    /// Node moves accepted.
+    pub moves: usize,
+    /// Nodes that at the end could not be put wholly onto their supports without turning a triangle over.
+    pub unplaced: usize,
+    /// Triangles that are still out of shape: edge ratio above 2.3 or an angle outside 33 to 107 degrees.
+    pub out_of_shape: usize,
+}
+
+/// Share of the size over which turns and bends of a curve are judged: finer ones are noise at that size.
+const REACH: f64 = 0.1;
+/// In cleaning a curve may be left by this share of the shortest edge: noise of that height goes, an octagon of two such radii stays.
+const CLEAN_SLACK: f64 = 0.25;
+/// Passes of cleaning; each cap that goes can make a short edge, few need more than two.
+const CLEAN_PASSES: usize = 6;
+/// Smoothing steps in a round: more help little before the next splits and contractions.
+const SMOOTHINGS: usize = 3;
+
+/// Remeshes a complex to edges of length `size(point, wall)`, mm. See the module's page for what is kept.
+///
+/// `size` must be positive; where it is not, the wall sets no size.
+pub fn remesh(
+    mut complex: MidComplex,
+    size: &(dyn Fn(DVec3, WallId) -> f64 + Sync),
+    placer: &dyn Placer,
+    options: &RemeshOptions,
+) -> (MidComplex, RemeshStats) {
+    orient::orient(&mut complex, placer);
+    let mut job = start(complex, placer, options);
+    job.refresh_references();
+    job.place_all();
+    job.size = sizes::raw(&job, size);
+    let slack: IndexVec<NodeId, f64> = job
+        .surface
+        .points
+        .ids()
+        .map(|n| {
+            let p = job.surface.points[n];
+            let thickness = job
+                .surface
+                .walls(n)
+                .into_iter()
+                .filter_map(|w| placer.thickness(p, w))
+                .fold(f64::INFINITY, f64::min);
+            // Where no thickness is known the size stands for it.
+            let scale = if thickness.is_finite() && thickness > 0.0 {
+                thickness
+            } else {
+                job.size[n]
+            };
+            options.max_deviation * scale
+        })
+        .collect();
+    let size_at = job.size.clone();
+    trace(&mut job, &|n| slack[n], &|n| REACH * size_at[n]);
+    sizes::renew(&mut job, size, false);
+    contract::contract_short(&mut job, Bounds::remesh());
+    flip::flip_all(&mut job);
+    for round in 0..options.rounds {
+        job.refresh_references();
+        sizes::renew(&mut job, size, round > 0);
+        split::split_long(&mut job);
+        contract::contract_short(&mut job, Bounds::remesh());
+        flip::flip_all(&mut job);
+        smooth::smooth(&mut job, SMOOTHINGS);
+    }
+    job.refresh_references();
+    flip::flip_all(&mut job);
+    job.place_all();
+    polish::polish(&mut job);
+    job.refresh_references();
+    job.place_all();
+    job.stats.out_of_shape = job
+        .surface
+        .live_triangles()
+        .filter(|&t| polish::is_bad(job.surface.corners(t)))
+        .count();
+    (job.surface.finish(), job.stats)
+}
+
+/// Contracts edges shorter than `shortest(point, wall)`, mm, and removes caps as low as a fifth of it, with the topology and the feature
+/// curves kept. Nodes that stay do not move.
+pub fn clean(
+    mut complex: MidComplex,
+    shortest: &(dyn Fn(DVec3, WallId) -> f64 + Sync),
+    placer: &dyn Placer,
+) -> MidComplex {
+    orient::orient(&mut complex, placer);
+    let options = RemeshOptions::default();
+    let mut job = start(complex, placer, &options);
+    job.refresh_references();
+    job.size = sizes::raw(&job, shortest);
+    let size_at = job.size.clone();
+    trace(&mut job, &|n| CLEAN_SLACK * size_at[n], &|n| size_at[n]);
+    for _ in 0..CLEAN_PASSES {
+        contract::contract_short(&mut job, Bounds::clean());
+        if caps::remove_caps(&mut job) == 0 {
+            break;
+        }
+        job.refresh_references();
+    }
+    job.surface.finish()
+}
+
+fn start<'a>(
+    complex: MidComplex,
+    placer: &'a dyn Placer,
+    options: &'a RemeshOptions,
+) -> Job<'a> {
+    Job {
+        surface: Surface::new(complex),
+        guides: Guides::default(),
+        placer,
+        options,
+        size: IndexVec::new(),
+        stats: RemeshStats::default(),
+    }
+}
+
+/// Classifies the nodes and records the feature curves.
+fn trace(job: &mut Job, slack: &dyn Fn(NodeId) -> f64, reach: &dyn Fn(NodeId) -> f64) {
+    let chains = strata::classify(&mut job.surface, job.options.crease_angle, reach);
+    let size = &job.size;
+    job.guides = Guides::new(
+        &job.surface,
+        &chains,
+        &GuideRules {
+            segments: job.options.segments_per_turn,
+            slack,
+            floor: &|n| sizes::FLOOR * size[n],
+            reach,
+            growth: job.options.gradation - 1.0,
+        },
+    );
+}

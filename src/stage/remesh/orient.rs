@@ -1,0 +1,70 @@
+//! Winds the triangles of each sheet one way, and to the side that the wall's normal points to.
+
+use super::shape::area_vector;
+use crate::geom::placer::Placer;
+use crate::model::complex::{EdgeKind, MidComplex};
+use crate::model::ids::{IndexVec, TriangleId};
+use glam::DVec3;
+use rayon::prelude::*;
+use smallvec::SmallVec;
+use std::collections::VecDeque;
+
+/// Winds each piece of sheet (triangles joined over inner edges) consistently. The side is that of the wall's normal by area, or, where
+/// the wall has none, the one that most of the area had before. A one-sided sheet (a Moebius strip) keeps a seam.
+pub(super) fn orient(complex: &mut MidComplex, placer: &dyn Placer) {
+    // For each triangle its neighbours, and whether the two run the shared edge the same way (one must turn).
+    let mut beside: IndexVec<TriangleId, SmallVec<[(TriangleId, bool); 3]>> =
+        IndexVec::filled(SmallVec::new(), complex.triangles.len());
+    for edge in complex.edges() {
+        if complex.kind(&edge) != EdgeKind::Inner {
+            continue;
+        }
+        let forward = |t: TriangleId| {
+            let n = complex.triangles[t].nodes;
+            (0..3).any(|k| [n[k], n[(k + 1) % 3]] == edge.ends)
+        };
+        let (s, t) = (edge.triangles[0], edge.triangles[1]);
+        let same = forward(s) == forward(t);
+        beside[s].push((t, same));
+        beside[t].push((s, same));
+    }
+    let areas: IndexVec<TriangleId, (DVec3, Option<DVec3>)> = complex
+        .triangles
+        .as_slice()
+        .par_iter()
+        .map(|t| {
+            let p = t.nodes.map(|n| complex.nodes[n].point);
+            let normal = placer.normal((p[0] + p[1] + p[2]) / 3.0, t.wall);
+            (area_vector(p), normal)
+        })
+        .collect::<Vec<_>>()
+        .into();
+    let mut turned: IndexVec<TriangleId, Option<bool>> = IndexVec::filled(None, areas.len());
+    for first in areas.ids() {
+        if turned[first].is_some() {
+            continue;
+        }
+        turned[first] = Some(false);
+        let mut sheet = Vec::new();
+        let mut queue = VecDeque::from([(first, false)]);
+        let (mut by_normal, mut by_area) = (0.0, 0.0);
+        while let Some((t, turn)) = queue.pop_front() {
+            sheet.push(t);
+            let sign = if turn { -1.0 } else { 1.0 };
+            by_area += sign * areas[t].0.length();
+            by_normal += areas[t].1.map_or(0.0, |n| sign * areas[t].0.dot(n));
+            for &(next, same) in &beside[t] {
+                if turned[next].is_none() {
+                    turned[next] = Some(turn != same);
+                    queue.push_back((next, turn != same));
+                }
+            }
+        }
+        let over = if by_normal != 0.0 { by_normal < 0.0 } else { by_area < 0.0 };
+        for t in sheet {
+            if turned[t].unwrap_or(false) != over {
+                complex.triangles[t].nodes.swap(1, 2);
+            }
+        }
+    }
+}

@@ -1,0 +1,187 @@
+//! The last pass: a local search at each triangle that is still out of shape.
+
+use super::contract::{Bounds, outcome};
+use super::flip::gain;
+use super::job::Job;
+use super::shape::{angles, edge_ratio, quality};
+use super::smooth::{Target, accept, along, beside, placed, target};
+use super::split;
+use super::surface::{Class, key};
+use crate::model::ids::{NodeId, TriangleId};
+use glam::DVec3;
+
+/// Edge ratio that is out of shape: just inside the 2.5 that is promised.
+const WORST_RATIO: f64 = 2.3;
+/// Angles out of shape, degrees: just inside the 30 and 110 that are aimed at.
+const WORST_ANGLES: [f64; 2] = [33.0, 107.0];
+/// A step of the search must gain this much, or it goes on for ever with ever less.
+const GAIN: f64 = 1e-3;
+/// Passes over the bad triangles; mending one shows at its neighbours, and few need more than three.
+const PASSES: usize = 6;
+/// Edges in this range of ratios may be contracted or split for the sake of shape.
+const LOOSE: [f64; 2] = [0.7, 1.8];
+
+/// Whether a triangle is out of shape.
+pub(super) fn is_bad(p: [DVec3; 3]) -> bool {
+    let [least, most] = angles(p);
+    edge_ratio(p) > WORST_RATIO
+        || least.to_degrees() < WORST_ANGLES[0]
+        || most.to_degrees() > WORST_ANGLES[1]
+}
+
+/// Mends triangles, the worst first.
+pub(super) fn polish(job: &mut Job) {
+    for _ in 0..PASSES {
+        let mut bad: Vec<(u64, TriangleId)> = job
+            .surface
+            .live_triangles()
+            .filter(|&t| is_bad(job.surface.corners(t)))
+            .map(|t| (key(quality(job.surface.corners(t))), t))
+            .collect();
+        bad.sort_unstable();
+        let mut mended = 0;
+        for (_, t) in bad {
+            if job.surface.lives(t) && is_bad(job.surface.corners(t)) && mend(job, t) {
+                mended += 1;
+            }
+        }
+        if mended == 0 {
+            return;
+        }
+    }
+}
+
+fn mend(job: &mut Job, t: TriangleId) -> bool {
+    let nodes = job.surface.triangle(t).nodes;
+    let mut done = false;
+    for n in nodes {
+        done |= search(job, n);
+    }
+    if !is_bad(job.surface.corners(t)) {
+        return true;
+    }
+    let mut edges = [0, 1, 2].map(|k| [nodes[k], nodes[(k + 1) % 3]]);
+    edges.sort_by(|x, y| {
+        let length = |e: &[NodeId; 2]| job.surface.length(e[0], e[1]);
+        length(x).total_cmp(&length(y)).then(x.cmp(y))
+    });
+    let [short, _, long] = edges;
+    for [a, b] in edges.into_iter().rev() {
+        if let Some((pair, _)) = gain(&job.surface, a, b) {
+            job.surface.flip([a, b], pair);
+            job.stats.flips += 1;
+            return true;
+        }
+    }
+    contract(job, short) || split_long(job, long) || done
+}
+
+fn contract(job: &mut Job, [a, b]: [NodeId; 2]) -> bool {
+    let bounds = Bounds {
+        longest: LOOSE[1],
+        ..Bounds::remesh()
+    };
+    for (gone, kept) in [(a, b), (b, a)] {
+        let before = job.surface.quality_now(gone);
+        if let Some(after) = outcome(job, gone, kept, bounds)
+            && after > before + GAIN
+        {
+            job.contract_edge(gone, kept);
+            job.stats.contractions += 1;
+            search(job, kept);
+            return true;
+        }
+    }
+    false
+}
+
+/// Splits the longest edge where both halves are better than the worst triangle at it.
+fn split_long(job: &mut Job, [a, b]: [NodeId; 2]) -> bool {
+    if job.ratio(a, b) < 2.0 * LOOSE[0] {
+        return false;
+    }
+    let surface = &job.surface;
+    let ring = surface.around(a, b);
+    let before = ring
+        .iter()
+        .map(|&t| quality(surface.corners(t)))
+        .fold(f64::INFINITY, f64::min);
+    let new = split::middle(job, [a, b]);
+    let after = ring
+        .iter()
+        .flat_map(|&t| [a, b].map(|n| quality(surface.corners_with(t, n, new.point))))
+        .fold(f64::INFINITY, f64::min);
+    if after <= before + GAIN {
+        return false;
+    }
+    let m = split::apply(job, [a, b], new);
+    search(job, m);
+    true
+}
+
+/// Pattern search for the place of a node that makes the worst of its triangles better.
+fn search(job: &mut Job, n: NodeId) -> bool {
+    let mut best = job.surface.quality_now(n);
+    let mut moved = false;
+    let mut attempt = |job: &mut Job, target: Option<Target>| -> bool {
+        let Some(target) = target else {
+            return false;
+        };
+        match job.surface.quality_at(n, target.point) {
+            Some(q) if q > best + GAIN => {
+                best = q;
+                accept(job, n, target);
+                moved = true;
+                true
+            }
+            _ => false,
+        }
+    };
+    let start = target(job, n, 1.0);
+    attempt(job, start);
+    let edge = job
+        .surface
+        .neighbours(n)
+        .into_iter()
+        .map(|m| job.surface.length(n, m))
+        .fold(f64::INFINITY, f64::min);
+    let mut step = 0.5 * edge;
+    // Halves down to a thirtieth of the shortest edge: below that the gain is not worth the placing.
+    for _ in 0..5 {
+        let tries = match job.surface.class[n] {
+            Class::Corner => return false,
+            Class::Curve => 2,
+            Class::Sheet => 6,
+        };
+        let any = (0..tries).any(|k| {
+            let place = step_target(job, n, step, k);
+            attempt(job, place)
+        });
+        if !any {
+            step *= 0.5;
+        }
+    }
+    moved
+}
+
+fn step_target(job: &Job, n: NodeId, step: f64, k: usize) -> Option<Target> {
+    if job.surface.class[n] == Class::Curve {
+        let [(_, s), (_, t)] = beside(job, n)?;
+        let by = if k == 0 { step } else { -step };
+        // Half of the way to a neighbour at most, so that no two nodes meet.
+        let by = by.clamp(-0.5 * (s.to - s.from), 0.5 * (t.to - t.from));
+        return along(job, n, s.guide, t.from, by);
+    }
+    let normal = job.normal_at(n);
+    if normal == DVec3::ZERO {
+        return None;
+    }
+    let (x, y) = normal.any_orthonormal_pair();
+    let (sin, cos) = (std::f64::consts::FRAC_PI_3 * k as f64).sin_cos();
+    placed(
+        job,
+        n,
+        job.surface.points[n] + (x * cos + y * sin) * step,
+        None,
+    )
+}

@@ -1,0 +1,113 @@
+//! The wanted edge length at every node.
+
+use super::job::{Job, SizeField};
+use super::surface::{Class, key};
+use crate::model::ids::{IndexVec, NodeId};
+use rayon::prelude::*;
+use std::cmp::Reverse;
+use std::collections::BinaryHeap;
+
+/// Bends and narrow places shrink the wanted length to this share at most: smaller than that they are not worth their elements.
+pub(super) const FLOOR: f64 = 0.1;
+/// A triangle over a narrow place or at a short curve has an edge this many times as long as the place is wide, at most.
+const NARROW: f64 = 1.6;
+/// Two curves that meet at a corner come near each other there by nature; no narrow place within so many widths of the corner.
+const NEAR_CORNER: f64 = 4.0;
+
+/// Sizes from the field and the curvature of the walls alone.
+pub(super) fn raw(job: &Job, field: SizeField) -> IndexVec<NodeId, f64> {
+    let surface = &job.surface;
+    let segments = job.options.segments_per_turn;
+    let ids: Vec<NodeId> = surface.points.ids().collect();
+    ids.into_par_iter()
+        .map(|n| {
+            let p = surface.points[n];
+            let mut least = f64::INFINITY;
+            for wall in surface.walls(n) {
+                let size = field(p, wall);
+                if size > 0.0 {
+                    let radius = job.placer.curvature_radius(p, wall);
+                    let bend = std::f64::consts::TAU * radius / segments;
+                    least = least.min(size.min(bend.max(FLOOR * size)));
+                }
+            }
+            least
+        })
+        .collect::<Vec<_>>()
+        .into()
+}
+
+/// Renews the sizes of all nodes: field, bends of curves, narrow places (`narrow`: judged by the present edges), then graded.
+pub(super) fn renew(job: &mut Job, field: SizeField, narrow: bool) {
+    let mut size = raw(job, field);
+    let raw = size.clone();
+    let nodes: Vec<NodeId> = job.surface.live_nodes().collect();
+    for &n in &nodes {
+        if job.surface.class[n] != Class::Sheet {
+            size[n] = size[n].min(job.guides.limit(n).max(FLOOR * raw[n]));
+        }
+    }
+    if narrow {
+        for [a, b] in job.surface.edges() {
+            if let Some(width) = width(job, a, b) {
+                for n in [a, b] {
+                    size[n] = size[n].min((NARROW * width).max(FLOOR * raw[n]));
+                }
+            }
+        }
+    }
+    grade(job, &mut size, &nodes);
+    job.size = size;
+}
+
+/// The length of an edge that no contraction can remove and that is no wedge's.
+fn width(job: &Job, a: NodeId, b: NodeId) -> Option<f64> {
+    let surface = &job.surface;
+    let (ca, cb) = (surface.class[a], surface.class[b]);
+    if ca == Class::Sheet || cb == Class::Sheet {
+        return None;
+    }
+    let length = surface.length(a, b);
+    if surface.is_feature(&surface.around(a, b)) {
+        return (ca == Class::Corner && cb == Class::Corner).then_some(length);
+    }
+    let ends = |n: NodeId| match job.guides.spot(n) {
+        Some(spot) => job.guides.ends(spot.guide).map_or(vec![], |e| e.to_vec()),
+        None => vec![n],
+    };
+    // Two nodes of one smooth curve: a chord that cuts a bend. A neck closer than its own arc is seen by the nodes between.
+    if let (Some(s), Some(t)) = (job.guides.spot(a), job.guides.spot(b))
+        && s.guide == t.guide
+    {
+        let common = surface
+            .feature_neighbours(a)
+            .iter()
+            .any(|n| surface.feature_neighbours(b).contains(n));
+        return (!common).then_some(length);
+    }
+    let (ea, eb) = (ends(a), ends(b));
+    let wedge = ea.iter().filter(|e| eb.contains(e)).any(|&e| {
+        let far = surface.length(a, e).max(surface.length(b, e));
+        far < NEAR_CORNER * length
+    });
+    (!wedge).then_some(length)
+}
+
+/// Lowers sizes until none exceeds that of a neighbour by more than the growth times the edge between them (Dijkstra).
+fn grade(job: &Job, size: &mut IndexVec<NodeId, f64>, nodes: &[NodeId]) {
+    let growth = job.options.gradation - 1.0;
+    let mut heap: BinaryHeap<Reverse<(u64, NodeId)>> =
+        nodes.iter().map(|&n| Reverse((key(size[n]), n))).collect();
+    while let Some(Reverse((k, n))) = heap.pop() {
+        if k != key(size[n]) {
+            continue;
+        }
+        for m in job.surface.neighbours(n) {
+            let most = size[n] + growth * job.surface.length(n, m);
+            if most < size[m] {
+                size[m] = most;
+                heap.push(Reverse((key(most), m)));
+            }
+        }
+    }
+}

@@ -1,0 +1,97 @@
+//! Splits edges that are too long, or whose chord leaves its feature curve.
+
+use super::guide::GuideId;
+use super::job::Job;
+use super::shape::{may_turn, quality};
+use super::surface::key;
+use crate::model::complex::Supports;
+use crate::model::ids::NodeId;
+use glam::DVec3;
+use rayon::prelude::*;
+
+/// Edges longer than this times the wanted length are split: then both halves are nearer to it than the whole was (Botsch & Kobbelt 2004).
+pub(super) const LONGEST: f64 = 4.0 / 3.0;
+/// Each pass halves the long edges; 24 halve them by 16 million, more than any raw edge needs.
+const PASSES: usize = 24;
+
+/// A new node on an edge.
+pub(super) struct Middle {
+    pub point: DVec3,
+    pub supports: Supports,
+    pub spot: Option<(GuideId, f64)>,
+}
+
+/// Splits until no edge is too long.
+pub(super) fn split_long(job: &mut Job) {
+    for _ in 0..PASSES {
+        let mut long: Vec<(u64, [NodeId; 2])> = job
+            .surface
+            .edges()
+            .into_par_iter()
+            .filter_map(|[a, b]| {
+                let ratio = job.ratio(a, b);
+                let over = ratio > LONGEST || (ratio > 0.2 && strays(job, a, b));
+                over.then(|| (key(ratio), [a, b]))
+            })
+            .collect();
+        if long.is_empty() {
+            return;
+        }
+        long.sort_unstable_by(|x, y| y.0.cmp(&x.0).then(x.1.cmp(&y.1)));
+        // No split removes another edge of the list, so that all middles can be found beforehand.
+        let middles: Vec<Middle> = long.par_iter().map(|&(_, e)| middle(job, e)).collect();
+        for ((_, edge), new) in long.into_iter().zip(middles) {
+            apply(job, edge, new);
+        }
+    }
+}
+
+/// Whether a feature edge leaves its curve by more than allowed.
+fn strays(job: &Job, a: NodeId, b: NodeId) -> bool {
+    let surface = &job.surface;
+    surface.is_feature(&surface.around(a, b))
+        && job.guides.span(surface, a, b).is_some_and(|span| {
+            job.guides
+                .deviation(&span, surface.points[a], surface.points[b])
+                > 1.0
+        })
+}
+
+/// The new node of an edge, on its supports.
+pub(super) fn middle(job: &Job, [a, b]: [NodeId; 2]) -> Middle {
+    let surface = &job.surface;
+    let (p, q) = (surface.points[a], surface.points[b]);
+    let supports = job.middle_supports(a, b);
+    let feature = surface.is_feature(&surface.around(a, b));
+    let span = feature.then(|| job.guides.span(surface, a, b)).flatten();
+    let spot = span.map(|s| (s.guide, 0.5 * (s.from + s.to)));
+    let start = spot.map_or(0.5 * (p + q), |(guide, at)| job.guides.point(guide, at));
+    let placed = job.placer.place(start, &supports);
+    // A place far from the edge is another branch of the surface.
+    let near = |x: DVec3| x.distance(0.5 * (p + q)) <= 0.5 * p.distance(q);
+    let point = [placed, start]
+        .into_iter()
+        .find(|&x| x.is_finite() && near(x))
+        .unwrap_or(0.5 * (p + q));
+    Middle {
+        point,
+        supports,
+        spot,
+    }
+}
+
+/// Splits an edge, at the plain middle where the wanted point would turn a triangle over.
+pub(super) fn apply(job: &mut Job, [a, b]: [NodeId; 2], new: Middle) -> NodeId {
+    let surface = &job.surface;
+    let (p, q) = (surface.points[a], surface.points[b]);
+    let sound = surface.around(a, b).into_iter().all(|t| {
+        let old = surface.corners(t);
+        [p, q].into_iter().all(|end| {
+            let half = old.map(|x| if x == end { new.point } else { x });
+            may_turn(old, half, surface.reference[t]) && quality(half) > 0.1 * quality(old)
+        })
+    });
+    let point = if sound { new.point } else { 0.5 * (p + q) };
+    job.stats.splits += 1;
+    job.split_edge([a, b], point, new.supports, new.spot)
+}

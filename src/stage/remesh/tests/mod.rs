@@ -1,0 +1,151 @@
+//! Whole remeshings over closed forms.
+
+mod cases;
+mod forms;
+mod topology;
+
+use super::{RemeshOptions, clean, remesh};
+use crate::model::complex::{EdgeKind, MidComplex};
+use cases::{book, plate, sphere, tee, tube, v, washer};
+use forms::{Forms, area, assert_good, quality, roughen};
+use glam::DVec3;
+
+fn at_size(complex: &MidComplex, forms: &Forms, size: f64) -> MidComplex {
+    remesh(complex.clone(), &|_, _| size, forms, &RemeshOptions::default()).0
+}
+
+/// Whether edge lengths are as asked for, on the mean.
+fn assert_size(c: &MidComplex, size: f64) {
+    let edges = c.edges();
+    let mean = edges
+        .iter()
+        .map(|e| c.nodes[e.ends[0]].point.distance(c.nodes[e.ends[1]].point))
+        .sum::<f64>()
+        / edges.len() as f64;
+    assert!(mean > 0.8 * size && mean < 1.2 * size, "mean {mean}, wanted {size}");
+}
+
+fn has_node_at(c: &MidComplex, p: DVec3) -> bool {
+    c.nodes.iter().any(|n| n.point.distance(p) < 1e-6)
+}
+
+#[test]
+fn plates_finer_and_coarser_than_asked() {
+    for cells in [(1, 1), (2, 7), (40, 40)] {
+        let (c, forms) = plate(cells.0, cells.1);
+        for size in [0.4, 1.0] {
+            let out = at_size(&c, &forms, size);
+            assert_good(&c, &out, &forms);
+            assert_size(&out, size);
+            assert!((area(&out) - 60.0).abs() < 1e-6);
+            for p in [v(0.0, 0.0, 0.0), v(10.0, 0.0, 0.0), v(10.0, 6.0, 0.0), v(0.0, 6.0, 0.0)] {
+                assert!(has_node_at(&out, p));
+            }
+        }
+    }
+}
+
+#[test]
+fn junctions_of_three_four_and_five_sheets() {
+    for (c, forms) in [
+        tee(5),
+        book(&[0.0, 90.0, 180.0, 270.0], 6),
+        book(&[0.0, 50.0, 120.0, 200.0, 290.0], 6),
+        book(&[0.0, 90.0], 3),
+    ] {
+        let out = at_size(&c, &forms, 0.5);
+        assert_good(&c, &out, &forms);
+        assert_size(&out, 0.5);
+        assert!((area(&out) - area(&c)).abs() < 1e-6);
+    }
+}
+
+#[test]
+fn curved_sheets_keep_their_area() {
+    let (c, forms) = tube(60, 30);
+    let out = at_size(&c, &forms, 0.6);
+    assert_good(&c, &out, &forms);
+    let truth = std::f64::consts::TAU * 3.0 * 8.0;
+    assert!((area(&out) - truth).abs() < 0.01 * truth);
+    let (c, forms) = sphere(12);
+    let out = at_size(&c, &forms, 0.5);
+    assert_good(&c, &out, &forms);
+    let truth = 2.0 * std::f64::consts::TAU * 9.0;
+    assert!((area(&out) - truth).abs() < 0.01 * truth);
+}
+
+#[test]
+fn a_hole_stays_round_though_the_size_is_large() {
+    let (c, forms) = washer(200, 30);
+    let out = at_size(&c, &forms, 1.0);
+    assert_good(&c, &out, &forms);
+    let truth = std::f64::consts::PI * 24.0;
+    assert!((area(&out) - truth).abs() < 0.005 * truth, "{}", area(&out));
+    let rim = std::f64::consts::TAU * 6.0;
+    assert!((length_of_rims(&out) - rim).abs() < 0.005 * rim);
+}
+
+fn length_of_rims(c: &MidComplex) -> f64 {
+    forms::length(c, EdgeKind::Rim)
+}
+
+#[test]
+fn a_raw_complex_becomes_clean_and_then_good() {
+    for (c, forms) in [
+        plate(30, 20),
+        tee(12),
+        tube(60, 30),
+        washer(120, 20),
+        book(&[0.0, 50.0, 120.0, 200.0, 290.0], 12),
+    ] {
+        let raw = roughen(c, &forms, 6000, 0.05);
+        assert!(quality(&raw, &forms).worst > 1000.0);
+        let cleaned = clean(raw.clone(), &|_, _| 0.15, &forms);
+        assert_eq!(cleaned.check(), vec![]);
+        assert_eq!(forms::topology(&cleaned), forms::topology(&raw));
+        let q = quality(&cleaned, &forms);
+        assert!(q.long < 0.25 && q.worst < 60.0, "{q:?}");
+        let out = at_size(&cleaned, &forms, 0.6);
+        assert_good(&raw, &out, &forms);
+        // Without the cleaning, too.
+        assert_good(&raw, &at_size(&raw, &forms, 0.6), &forms);
+    }
+}
+
+#[test]
+fn the_size_field_is_followed() {
+    let (c, forms) = plate(20, 12);
+    let field = |p: DVec3, _| 0.1 + 0.1 * p.x;
+    let (out, _) = remesh(c.clone(), &field, &forms, &RemeshOptions::default());
+    assert_good(&c, &out, &forms);
+    for e in out.edges() {
+        let [p, q] = e.ends.map(|n| out.nodes[n].point);
+        let wanted = 0.1 + 0.05 * (p.x + q.x);
+        let ratio = p.distance(q) / wanted;
+        assert!(ratio > 0.4 && ratio < 2.2, "{ratio} at {p}");
+    }
+}
+
+#[test]
+fn one_thread_and_four_give_the_same() {
+    let (c, forms) = tee(10);
+    let raw = roughen(c, &forms, 2000, 0.05);
+    let run = |threads| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+        pool.unwrap().install(|| at_size(&clean(raw.clone(), &|_, _| 0.1, &forms), &forms, 0.5))
+    };
+    assert_eq!(run(1), run(4));
+}
+
+#[test]
+fn the_checks_of_these_tests_fail_on_planted_defects() {
+    let (c, forms) = plate(10, 6);
+    let mut turned = c.clone();
+    turned.triangles[crate::model::ids::TriangleId(5)].nodes.swap(0, 1);
+    assert_eq!(quality(&turned, &forms).flipped, 1);
+    let mut torn = c.clone();
+    let mut triangles = torn.triangles.into_vec();
+    triangles.remove(40);
+    torn.triangles = triangles.into();
+    assert_ne!(forms::topology(&torn), forms::topology(&c));
+}
