@@ -1,0 +1,485 @@
+//! A bounding volume hierarchy over triangles: nearest points, rays, inside or outside.
+//!
+//! Guarantees: every answer is that of a search through all triangles with f64 arithmetic (the hierarchy's f32 boxes are grown until
+//! they hold their triangles, so that they can only cost time), ties go to the lowest index, and nothing depends on the
+//! shape of the hierarchy or on the number of threads. Triangles with a coordinate that is not finite are never found.
+//!
+//! This is the only module that names `obvhs`: it builds the hierarchy (PLOC, Meister and Bittner, "Parallel locally-ordered clustering for
+//! bounding volume hierarchy construction", 2018, doi:10.1109/TVCG.2017.2669983); the walk through it is ours, in f64.
+
+use crate::geom::triangle::{Ray, RayHit, nearest_on_triangle};
+use glam::{DVec3, Vec3A};
+use obvhs::aabb::Aabb;
+use obvhs::bvh2::leaf_collapser::collapse;
+use obvhs::bvh2::reinsertion::ReinsertionOptimizer;
+use obvhs::ploc::{PlocBuilder, PlocSearchDistance, SortPrecision};
+use smallvec::SmallVec;
+
+/// A few triangles a leaf: an exact test costs about as much as two boxes.
+const LEAF_SIZE: u32 = 4;
+
+/// Boxes are compared with this relative slack, which is far more than the rounding in a squared distance or a slab test.
+const SLACK: f64 = 1.0 + 1e-12;
+
+/// A ray that comes nearer to a side of a triangle than this (as a corner weight) may be counted on both sides of it; another
+/// ray is then asked whether a point is inside.
+const GRAZING: f64 = 1e-9;
+
+/// Directions without rational relation to the axes or to each other, so that no two of them graze the sides of a drawn part.
+const PARITY_DIRECTIONS: [DVec3; 7] = [
+    DVec3::new(0.5377, 0.2911, 0.7913),
+    DVec3::new(-0.6173, 0.7019, 0.3559),
+    DVec3::new(0.2213, -0.8837, 0.4127),
+    DVec3::new(-0.3511, -0.4649, -0.8123),
+    DVec3::new(0.8819, 0.1367, -0.4513),
+    DVec3::new(-0.9127, 0.2741, -0.3023),
+    DVec3::new(0.1049, 0.9371, -0.3329),
+];
+
+#[derive(Clone, Copy, Debug)]
+struct Node {
+    low: [f32; 3],
+    high: [f32; 3],
+    /// First triangle of a leaf, or first of two children.
+    first: u32,
+    /// Triangles of a leaf; zero for an inner node.
+    count: u32,
+}
+
+impl Node {
+    /// Squared distance from a point (relative to the hierarchy's centre) to the box; zero inside.
+    #[inline]
+    fn distance_squared(&self, p: DVec3) -> f64 {
+        let mut d2 = 0.0;
+        for k in 0..3 {
+            let (low, high) = (f64::from(self.low[k]), f64::from(self.high[k]));
+            let d = (low - p[k]).max(p[k] - high).max(0.0);
+            d2 += d * d;
+        }
+        d2
+    }
+
+    /// The stretch of the ray inside the box, cut to `from..=to`; `None` where it is empty.
+    #[inline]
+    fn span(&self, origin: DVec3, inverse: DVec3, from: f64, to: f64) -> Option<f64> {
+        let (mut near, mut far) = (from, to);
+        for k in 0..3 {
+            let (low, high) = (f64::from(self.low[k]), f64::from(self.high[k]));
+            if inverse[k].is_finite() {
+                let (t0, t1) = (
+                    (low - origin[k]) * inverse[k],
+                    (high - origin[k]) * inverse[k],
+                );
+                near = near.max(t0.min(t1));
+                far = far.min(t0.max(t1));
+            } else if origin[k] < low || origin[k] > high {
+                return None;
+            }
+        }
+        let slack = (SLACK - 1.0) * (near.abs() + far.abs());
+        (near <= far + if slack.is_finite() { slack } else { 0.0 }).then_some(near)
+    }
+}
+
+/// The nearest point of a set of triangles.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Nearest {
+    /// Which triangle, by its place in the slice that the hierarchy was built from.
+    pub index: usize,
+    /// The point on it.
+    pub point: DVec3,
+    /// How far it is.
+    pub distance: f64,
+}
+
+/// A bounding volume hierarchy over triangles.
+#[derive(Clone, Debug, Default)]
+pub struct TriangleBvh {
+    nodes: Vec<Node>,
+    /// #T triangles in the order of the leaves.
+    triangles: Vec<[DVec3; 3]>,
+    /// #T places in the caller's slice.
+    indices: Vec<u32>,
+    centre: DVec3,
+}
+
+impl TriangleBvh {
+    /// Builds the hierarchy. Any number of triangles, none too.
+    pub fn new(triangles: &[[DVec3; 3]]) -> Self {
+        let finite: Vec<u32> = (0..triangles.len() as u32)
+            .filter(|&i| triangles[i as usize].iter().all(|p| p.is_finite()))
+            .collect();
+        let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+        for &i in &finite {
+            for p in triangles[i as usize] {
+                low = low.min(p);
+                high = high.max(p);
+            }
+        }
+        if finite.is_empty() {
+            return Self::default();
+        }
+        let centre = (low + high) / 2.0;
+        // What `p - centre` may lose, for points of the part's own size.
+        let pad = 8.0 * f64::EPSILON * low.abs().max(high.abs()).max_element();
+        let boxes: Vec<Aabb> = finite
+            .iter()
+            .map(|&i| {
+                let [a, b, c] = triangles[i as usize].map(|p| p - centre);
+                let (low, high) = (a.min(b).min(c) - pad, a.max(b).max(c) + pad);
+                Aabb::new(
+                    Vec3A::from_array(low.to_array().map(f32_below)),
+                    Vec3A::from_array(high.to_array().map(f32_above)),
+                )
+            })
+            .collect();
+        let mut bvh = PlocBuilder::with_capacity(boxes.len()).build(
+            PlocSearchDistance::Low,
+            &boxes,
+            (0..boxes.len() as u32).collect(),
+            SortPrecision::U64,
+            2,
+        );
+        ReinsertionOptimizer::default().run(&mut bvh, 0.02, None);
+        collapse(&mut bvh, LEAF_SIZE, 2.0);
+        let indices: Vec<u32> = bvh
+            .primitive_indices
+            .iter()
+            .map(|&i| finite[i as usize])
+            .collect();
+        Self {
+            nodes: bvh
+                .nodes
+                .iter()
+                .map(|n| Node {
+                    low: n.aabb().min.to_array(),
+                    high: n.aabb().max.to_array(),
+                    first: n.first_index,
+                    count: n.prim_count,
+                })
+                .collect(),
+            triangles: indices.iter().map(|&i| triangles[i as usize]).collect(),
+            indices,
+            centre,
+        }
+    }
+
+    /// Whether there is no triangle to be found.
+    pub fn is_empty(&self) -> bool {
+        self.triangles.is_empty()
+    }
+
+    /// The nearest point of all triangles; `None` where there is none, or `p` is not finite.
+    pub fn nearest(&self, p: DVec3) -> Option<Nearest> {
+        self.nearest_where(p, f64::INFINITY, |_| true)
+    }
+
+    /// The nearest point that is at most `radius` away.
+    pub fn nearest_within(&self, p: DVec3, radius: f64) -> Option<Nearest> {
+        self.nearest_where(p, radius, |_| true)
+    }
+
+    /// The nearest point, at most `radius` away, of the triangles whose index passes `wanted`.
+    pub fn nearest_where(
+        &self,
+        p: DVec3,
+        radius: f64,
+        mut wanted: impl FnMut(usize) -> bool,
+    ) -> Option<Nearest> {
+        let q = p - self.centre;
+        let root = self.nodes.first()?;
+        if !q.is_finite() || radius.is_nan() || radius < 0.0 {
+            return None;
+        }
+        let mut best: Option<(f64, u32, DVec3)> = None;
+        let mut limit = radius * radius;
+        let mut stack: SmallVec<[(f64, u32); 64]> = SmallVec::new();
+        stack.push((root.distance_squared(q), 0));
+        while let Some((d2, at)) = stack.pop() {
+            if d2 > limit * SLACK {
+                continue;
+            }
+            let node = &self.nodes[at as usize];
+            if node.count == 0 {
+                let near = |i: u32| (self.nodes[i as usize].distance_squared(q), i);
+                let (a, b) = (near(node.first), near(node.first + 1));
+                // The nearer child last, so that it is looked at first.
+                stack.extend(if a.0 <= b.0 { [b, a] } else { [a, b] });
+                continue;
+            }
+            for k in node.first..node.first + node.count {
+                let index = self.indices[k as usize];
+                let point = nearest_on_triangle(self.triangles[k as usize], p);
+                let e2 = point.distance_squared(p);
+                let better = match best {
+                    None => e2 <= limit,
+                    Some((b2, b, _)) => e2 < b2 || (e2 == b2 && index < b),
+                };
+                if better && wanted(index as usize) {
+                    best = Some((e2, index, point));
+                    limit = e2;
+                }
+            }
+        }
+        best.map(|(d2, index, point)| Nearest {
+            index: index as usize,
+            point,
+            distance: d2.sqrt(),
+        })
+    }
+
+    /// The first triangle that the ray meets, front or back, and how far along it is in units of the direction's length.
+    pub fn first_hit(&self, origin: DVec3, direction: DVec3) -> Option<(usize, f64)> {
+        self.first_hit_beyond(origin, direction, 0.0)
+            .map(|(index, hit)| (index, hit.t))
+    }
+
+    /// The first triangle that the ray meets at `least` or further, in units of the direction's length.
+    pub fn first_hit_beyond(
+        &self,
+        origin: DVec3,
+        direction: DVec3,
+        least: f64,
+    ) -> Option<(usize, RayHit)> {
+        let mut best: Option<(usize, RayHit)> = None;
+        self.along(origin, direction, least, |index, hit| {
+            let better = match &best {
+                None => true,
+                Some((b, old)) => hit.t < old.t || (hit.t == old.t && index < *b),
+            };
+            if better {
+                best = Some((index, hit));
+            }
+            best.map_or(f64::INFINITY, |(_, hit)| hit.t)
+        });
+        best
+    }
+
+    /// All triangles that the ray meets, in order of distance (ties by index).
+    pub fn all_hits(&self, origin: DVec3, direction: DVec3) -> Vec<(usize, RayHit)> {
+        let mut hits = Vec::new();
+        self.along(origin, direction, 0.0, |index, hit| {
+            hits.push((index, hit));
+            f64::INFINITY
+        });
+        hits.sort_unstable_by(|a, b| a.1.t.total_cmp(&b.1.t).then(a.0.cmp(&b.0)));
+        hits
+    }
+
+    /// Whether the point lies inside the closed surface that the triangles make, by the parity of crossings of a ray. A ray that
+    /// grazes a side is replaced by another; where all graze, most of them decide. Points on the surface go either way.
+    pub fn inside(&self, p: DVec3) -> bool {
+        let mut votes = 0;
+        for direction in PARITY_DIRECTIONS {
+            let (mut crossings, mut sure) = (0, true);
+            self.along(p, direction, 0.0, |_, hit| {
+                crossings += 1;
+                sure &= hit.weights.iter().all(|&w| w > GRAZING);
+                f64::INFINITY
+            });
+            let odd = crossings % 2 == 1;
+            if sure {
+                return odd;
+            }
+            votes += if odd { 1 } else { -1 };
+        }
+        votes > 0
+    }
+
+    /// Gives all hits at `least` or further to `visit`, which answers how far the walk needs to go on.
+    fn along(
+        &self,
+        origin: DVec3,
+        direction: DVec3,
+        least: f64,
+        mut visit: impl FnMut(usize, RayHit) -> f64,
+    ) {
+        if self.nodes.is_empty() || !origin.is_finite() || direction == DVec3::ZERO {
+            return;
+        }
+        let ray = Ray::new(origin, direction);
+        let (from, inverse) = (origin - self.centre, direction.recip());
+        let mut limit = f64::INFINITY;
+        let mut stack: SmallVec<[(f64, u32); 64]> = SmallVec::new();
+        if let Some(t) = self.nodes[0].span(from, inverse, least, limit) {
+            stack.push((t, 0));
+        }
+        while let Some((t, at)) = stack.pop() {
+            if t - (SLACK - 1.0) * t.abs() > limit {
+                continue;
+            }
+            let node = &self.nodes[at as usize];
+            if node.count == 0 {
+                let span = |i: u32| {
+                    let t = self.nodes[i as usize].span(from, inverse, least, limit);
+                    t.map(|t| (t, i))
+                };
+                match (span(node.first), span(node.first + 1)) {
+                    (Some(a), Some(b)) => stack.extend(if a.0 <= b.0 { [b, a] } else { [a, b] }),
+                    (Some(a), None) | (None, Some(a)) => stack.push(a),
+                    (None, None) => {}
+                }
+                continue;
+            }
+            for k in node.first..node.first + node.count {
+                if let Some(hit) = ray.meets(self.triangles[k as usize])
+                    && hit.t >= least
+                    && hit.t <= limit
+                {
+                    limit = visit(self.indices[k as usize] as usize, hit);
+                }
+            }
+        }
+    }
+}
+
+/// A box's lower bound: an f32 that is below `x`.
+fn f32_below(x: f64) -> f32 {
+    (x as f32).next_down()
+}
+
+/// A box's upper bound: an f32 that is above `x`.
+fn f32_above(x: f64) -> f32 {
+    (x as f32).next_up()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geom::random::Pcg;
+
+    fn soup(n: usize, seed: u64, size: f64, offset: DVec3) -> (Vec<[DVec3; 3]>, Pcg) {
+        let mut rng = Pcg::new(seed);
+        let mut point = || DVec3::new(rng.unit(), rng.unit(), rng.unit());
+        let t = (0..n)
+            .map(|_| {
+                let a = point();
+                [a, a + (point() - 0.5) * size, a + (point() - 0.5) * size].map(|p| p + offset)
+            })
+            .collect();
+        (t, rng)
+    }
+
+    fn brute_nearest(t: &[[DVec3; 3]], p: DVec3) -> (usize, f64) {
+        t.iter()
+            .enumerate()
+            .map(|(i, t)| (i, nearest_on_triangle(*t, p).distance_squared(p)))
+            .min_by(|a, b| a.1.total_cmp(&b.1).then(a.0.cmp(&b.0)))
+            .unwrap()
+    }
+
+    #[test]
+    fn nearest_and_first_hit_are_those_of_a_search_through_all() {
+        for (n, offset) in [
+            (1, 0.0),
+            (2, 0.0),
+            (7, 0.0),
+            (3000, 0.0),
+            (3000, 1e6),
+            (3000, -3e-9),
+        ] {
+            let (t, mut rng) = soup(n, n as u64, 0.1, DVec3::splat(offset));
+            let bvh = TriangleBvh::new(&t);
+            for _ in 0..500 {
+                let p = DVec3::new(rng.unit(), rng.unit(), rng.unit()) * 2.0 - 0.5 + offset;
+                let (i, d2) = brute_nearest(&t, p);
+                let near = bvh.nearest(p).unwrap();
+                assert_eq!((near.index, near.distance), (i, d2.sqrt()));
+                let d = DVec3::new(rng.unit(), rng.unit(), rng.unit()) - 0.5;
+                let ray = Ray::new(p, d);
+                let mut all: Vec<(usize, RayHit)> = t
+                    .iter()
+                    .enumerate()
+                    .filter_map(|(i, t)| ray.meets(*t).filter(|h| h.t >= 0.0).map(|h| (i, h)))
+                    .collect();
+                all.sort_by(|a, b| a.1.t.total_cmp(&b.1.t).then(a.0.cmp(&b.0)));
+                assert_eq!(bvh.first_hit(p, d), all.first().map(|(i, h)| (*i, h.t)));
+                assert_eq!(bvh.all_hits(p, d), all);
+            }
+        }
+    }
+
+    /// Corners at -1 and 1; outward.
+    fn cube() -> Vec<[DVec3; 3]> {
+        let mut t = Vec::new();
+        for k in 0..3 {
+            for s in [-1.0, 1.0] {
+                let at = |u: f64, v: f64| {
+                    let mut p = DVec3::splat(s);
+                    p[(k + 1) % 3] = u * s;
+                    p[(k + 2) % 3] = v;
+                    p
+                };
+                t.push([at(-1.0, -1.0), at(1.0, -1.0), at(1.0, 1.0)]);
+                t.push([at(-1.0, -1.0), at(1.0, 1.0), at(-1.0, 1.0)]);
+            }
+        }
+        t
+    }
+
+    #[test]
+    fn equal_distances_go_to_the_lowest_index() {
+        let mut t = vec![cube()[0]; 40];
+        t.extend(cube());
+        let bvh = TriangleBvh::new(&t);
+        assert_eq!(bvh.nearest(DVec3::new(-3.0, -0.5, 0.2)).unwrap().index, {
+            brute_nearest(&t, DVec3::new(-3.0, -0.5, 0.2)).0
+        });
+        assert_eq!(bvh.nearest(t[0][1] * 2.0).unwrap().index, 0);
+    }
+
+    #[test]
+    fn nearest_within_and_where_hold_back() {
+        let bvh = TriangleBvh::new(&cube());
+        let p = DVec3::new(3.0, 0.1, 0.2);
+        assert!(bvh.nearest_within(p, 1.999).is_none());
+        assert_eq!(bvh.nearest_within(p, 2.0).unwrap().distance, 2.0);
+        let other = bvh.nearest_where(p, 9.0, |i| i < 2).unwrap();
+        assert!(other.index < 2 && (other.distance - 4.0).abs() < 1e-15);
+    }
+
+    #[test]
+    fn inside_holds_in_spite_of_edges_and_corners_in_the_way() {
+        let mut t = cube();
+        // A hollow: the same cube at half size, inside out.
+        t.extend(cube().iter().map(|t| [t[0], t[2], t[1]].map(|p| p * 0.5)));
+        let bvh = TriangleBvh::new(&t);
+        for (p, truth) in [
+            (DVec3::ZERO, false),
+            (DVec3::splat(0.75), true),
+            (DVec3::new(0.9, 0.0, 0.0), true),
+            (DVec3::new(1.1, 0.0, 0.0), false),
+            // Straight behind a corner of the cube.
+            (DVec3::splat(-1.0) - PARITY_DIRECTIONS[0], false),
+        ] {
+            assert_eq!(bvh.inside(p), truth, "{p}");
+        }
+        let mut rng = Pcg::new(3);
+        for _ in 0..2000 {
+            let p = (DVec3::new(rng.unit(), rng.unit(), rng.unit()) * 2.0 - 1.0) * 1.3;
+            let size = p.abs().max_element();
+            assert_eq!(bvh.inside(p), size < 1.0 && size > 0.5, "{p}");
+        }
+    }
+
+    #[test]
+    fn flat_sets_empty_sets_and_broken_triangles() {
+        assert!(TriangleBvh::new(&[]).nearest(DVec3::ZERO).is_none());
+        assert!(
+            TriangleBvh::default()
+                .first_hit(DVec3::ZERO, DVec3::X)
+                .is_none()
+        );
+        let mut t = vec![[DVec3::NAN; 3], [DVec3::INFINITY, DVec3::ZERO, DVec3::X]];
+        for i in 0..50 {
+            let a = DVec3::new(f64::from(i), 0.0, 0.0);
+            t.push([a, a + DVec3::X, a + DVec3::Y]);
+        }
+        let bvh = TriangleBvh::new(&t);
+        let near = bvh.nearest(DVec3::new(30.25, 0.25, 7.0)).unwrap();
+        assert_eq!((near.index, near.distance), (32, 7.0));
+        let hit = bvh.first_hit(DVec3::new(30.25, 0.25, 7.0), DVec3::new(0.0, 0.0, -1.0));
+        assert_eq!(hit, Some((32, 7.0)));
+        assert!(bvh.nearest(DVec3::NAN).is_none());
+    }
+}
