@@ -6,3 +6,6 @@ pub mod import;
 pub mod model;
 pub mod spatial;
 pub mod stage;
+
+#[cfg(test)]
+mod test_parts;

@@ -3,5 +3,6 @@
 pub mod brep;
 pub mod complex;
 pub mod ids;
+pub mod report;
 pub mod shell;
 pub mod tets;

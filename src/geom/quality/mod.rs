@@ -4,7 +4,7 @@
 //! quality library", SAND2007-1751, 2007; where manual and code disagree, as on quad warpage, the code holds), with the measures of
 //! pre-processors and solvers beside them (warp angle, Gauss-point Jacobian ratio, Nastran GEOMCHECK). All are scale-free but areas and
 //! lengths, in the unit of the points. A degenerate element gets the worst value of each metric, infinite where the metric has no
-//! upper end; NaN only comes out of NaN.
+//! upper end. Where a coordinate is not finite the area is NaN, and the rest means nothing.
 //!
 //! Limits: a triangle in space has no wrong side of its own; whether it is flipped only its neighbours tell.
 
