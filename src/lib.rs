@@ -1,5 +1,6 @@
 //! **midshell**: from a thin-walled solid to a connected shell mesh on its mid-surface.
 
+mod test_parts;
 pub mod doctor;
 pub mod exit_class;
 pub mod export;
@@ -12,3 +13,5 @@ pub mod options;
 pub mod pipeline;
 pub mod spatial;
 pub mod stage;
+
+#[cfg(test)]

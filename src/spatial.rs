@@ -188,12 +188,15 @@ impl TriangleBvh {
     ) -> Option<Nearest> {
         let q = p - self.centre;
         let root = self.nodes.first()?;
+        if !q.is_finite() || radius.is_nan() || radius < 0.0 {
+            return None;
+        }
         let mut best: Option<(f64, u32, DVec3)> = None;
         let mut limit = radius * radius;
         let mut stack: SmallVec<[(f64, u32); 64]> = SmallVec::new();
         stack.push((root.distance_squared(q), 0));
         while let Some((d2, at)) = stack.pop() {
-            if !(d2 <= limit * SLACK) {
+            if d2 > limit * SLACK {
                 continue;
             }
             let node = &self.nodes[at as usize];
@@ -291,7 +294,7 @@ impl TriangleBvh {
         least: f64,
         mut visit: impl FnMut(usize, RayHit) -> f64,
     ) {
-        if self.nodes.is_empty() || direction == DVec3::ZERO {
+        if self.nodes.is_empty() || !origin.is_finite() || direction == DVec3::ZERO {
             return;
         }
         let ray = Ray::new(origin, direction);

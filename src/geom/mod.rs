@@ -3,6 +3,7 @@
 pub mod placer;
 pub mod planes;
 pub mod quadratic;
+pub mod quality;
 pub mod random;
 pub mod six_node;
 pub mod triangle;

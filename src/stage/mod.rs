@@ -2,10 +2,13 @@
 
 pub mod adjacency;
 pub mod assess;
+pub mod audit;
 pub mod collapse;
 pub mod decompose;
 pub mod extract;
 pub mod pair;
+pub mod quads;
+pub mod quality;
 pub mod remesh;
 pub mod role;
 pub mod shell;

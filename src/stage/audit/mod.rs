@@ -1,0 +1,129 @@
+//! The self-audit: measures the finished mesh against the solid that it came from, and says whether to trust it.
+//!
+//! Input: the boundaries of the solids and one shell mesh for all of them. Samples are spread over mesh and boundary from a seed;
+//! rays find the walls on either side, distances are taken to the curved facets. Nothing of how the mesh was made is used.
+//!
+//! Guarantees: the same report for the same input and seed on any number of threads; elements that cannot be measured are counted
+//! and doubted, never skipped in silence.
+//! Limits: blind to defects smaller than a sample's share of the area (a ten-thousandth), but for the exact counts of topology.
+
+mod coverage;
+mod sampling;
+mod skin;
+mod topology;
+mod walls;
+
+use crate::model::brep::Brep;
+use crate::model::ids::NodeId;
+use crate::model::report::{AuditLimits, AuditReport, Doubt, DoubtRule, Verdict};
+use crate::model::shell::ShellMesh;
+use glam::DVec3;
+
+/// Samples of the mesh, and of the boundary: shares come out to a percent or better.
+const SAMPLES: usize = 10_000;
+
+/// Audits the mesh of these solids with the default limits.
+pub fn audit(pieces: &[&Brep], mesh: &ShellMesh, seed: u64) -> AuditReport {
+    audit_with(pieces, mesh, seed, AuditLimits::default())
+}
+
+/// Audits the mesh of these solids.
+pub fn audit_with(
+    pieces: &[&Brep],
+    mesh: &ShellMesh,
+    seed: u64,
+    limits: AuditLimits,
+) -> AuditReport {
+    let skin = skin::Skin::new(pieces);
+    let topology = topology::look_at(mesh);
+    let flat = walls::Flat::new(mesh, |id| topology::is_sound(mesh, id));
+    let lines = |edges: &[[NodeId; 2]]| -> Vec<[DVec3; 2]> {
+        edges
+            .iter()
+            .filter_map(|[a, b]| Some([*mesh.nodes.get(*a)?, *mesh.nodes.get(*b)?]))
+            .collect()
+    };
+    let (special, free) = (lines(&topology.special), lines(&topology.free));
+    let walls = walls::measure(&skin, &flat, &special, SAMPLES, seed);
+    // Another seed, so that the two sets of samples have nothing to do with each other.
+    let coverage = coverage::measure(&skin, &flat, &free, SAMPLES, seed.wrapping_add(1));
+    let mut report = AuditReport {
+        euler: topology.euler,
+        euler_solid: skin.euler,
+        pieces: topology.pieces,
+        solids: pieces.len(),
+        orphans: topology.orphans,
+        r50: walls.r50,
+        r95: walls.r95,
+        r_bins: walls.r_bins,
+        judged_share: walls.judged_share,
+        cover: coverage.cover,
+        thin_share: coverage.thin_share,
+        thickness_median: coverage.thickness_median,
+        outside: walls.outside,
+        free_off: coverage.free_off,
+        free_length: coverage.free_length,
+        mass: if skin.volume > 0.0 {
+            flat.material() / skin.volume - 1.0
+        } else {
+            0.0
+        },
+        thickness_error: walls.thickness_error,
+        unsure_share: flat.share(|id| mesh.elements[id].unsure),
+        flipped: topology.flipped,
+        misoriented: topology.misoriented,
+        not_finite: topology.not_finite,
+        limits,
+        verdict: Verdict::Right,
+    };
+    let doubts = doubts(&report);
+    if !doubts.is_empty() {
+        report.verdict = Verdict::Doubted(doubts);
+    }
+    report
+}
+
+/// Every measure that is beyond its limit, in the order of the rules.
+fn doubts(report: &AuditReport) -> Vec<Doubt> {
+    let limits = &report.limits;
+    DoubtRule::ALL
+        .into_iter()
+        .filter_map(|rule| {
+            let (value, limit, doubted) = match rule {
+                DoubtRule::Euler => {
+                    let (value, limit) = (report.euler as f64, report.euler_solid);
+                    (value, limit, (value - limit).abs() >= 0.5)
+                }
+                DoubtRule::Pieces => {
+                    let (value, limit) = (report.pieces as f64, report.solids as f64);
+                    (value, limit, report.pieces != report.solids)
+                }
+                DoubtRule::RError => above(report.r95.unwrap_or(0.0), limits.r95),
+                DoubtRule::Cover => {
+                    let value = report.cover;
+                    (value, limits.cover, value < limits.cover)
+                }
+                DoubtRule::Outside => above(report.outside, limits.outside),
+                DoubtRule::Thickness => above(
+                    report.thickness_error.unwrap_or(0.0),
+                    limits.thickness_error,
+                ),
+                DoubtRule::FreeEdges => above(report.free_off, limits.free_off),
+                DoubtRule::Flipped => above(report.flipped as f64, 0.0),
+                DoubtRule::Orientation => above(report.misoriented as f64, 0.0),
+                DoubtRule::NotFinite => above(report.not_finite as f64, 0.0),
+                DoubtRule::Orphans => above(report.orphans as f64, 0.0),
+                DoubtRule::Unmeasured => (report.judged_share, 0.0, report.r95.is_none()),
+            };
+            doubted.then_some(Doubt { rule, value, limit })
+        })
+        .collect()
+}
+
+/// A measure that may not be above its limit; what is not a number is.
+fn above(value: f64, limit: f64) -> (f64, f64, bool) {
+    (value, limit, value > limit || value.is_nan())
+}
+
+#[cfg(test)]
+mod tests;

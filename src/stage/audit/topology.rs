@@ -1,0 +1,184 @@
+//! What the mesh is as a complex: Euler characteristic, pieces, free edges, junctions and folds, elements that are turned over.
+
+use crate::model::ids::{ElementId, Id, NodeId, SheetId};
+use crate::model::shell::{Corners, ShellMesh};
+use glam::DVec3;
+
+/// Folds sharper than this have no thickness of their own nearby.
+const FOLD_DEG: f64 = 20.0;
+
+/// Facts about the mesh as a complex.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(super) struct Topology {
+    pub euler: i64,
+    pub pieces: usize,
+    pub orphans: usize,
+    pub not_finite: usize,
+    pub flipped: usize,
+    pub misoriented: usize,
+    /// Edges of one element.
+    pub free: Vec<[NodeId; 2]>,
+    /// Edges of three elements or more, and sharp folds.
+    pub special: Vec<[NodeId; 2]>,
+}
+
+/// A side of an element: its ends in order of id, the element, whether the element runs from the lower to the higher.
+type Side = (NodeId, NodeId, ElementId, bool);
+
+/// Whether the element's numbers can be used.
+pub(super) fn is_sound(mesh: &ShellMesh, id: ElementId) -> bool {
+    let element = &mesh.elements[id];
+    let nodes = element.corners.as_slice();
+    nodes
+        .iter()
+        .all(|n| mesh.nodes.get(*n).is_some_and(|p| p.is_finite()))
+        && element.thickness[..nodes.len()]
+            .iter()
+            .all(|t| t.is_finite() && *t > 0.0)
+}
+
+/// Twice the area vector of an element; zero where it is not sound.
+fn area_vector(mesh: &ShellMesh, id: ElementId) -> DVec3 {
+    if !is_sound(mesh, id) {
+        return DVec3::ZERO;
+    }
+    match mesh.elements[id].corners {
+        Corners::Triangle(n) => {
+            let [a, b, c] = n.map(|n| mesh.nodes[n]);
+            (b - a).cross(c - a)
+        }
+        Corners::Quad(n) => {
+            let [a, b, c, d] = n.map(|n| mesh.nodes[n]);
+            (c - a).cross(d - b)
+        }
+    }
+}
+
+/// Whether a corner of a quad caves in or vanishes, or a triangle has no area.
+fn is_inverted(mesh: &ShellMesh, id: ElementId, normal: DVec3) -> bool {
+    let nodes = mesh.elements[id].corners;
+    let p: Vec<DVec3> = nodes.as_slice().iter().map(|n| mesh.nodes[*n]).collect();
+    let n = p.len();
+    (0..n).any(|k| {
+        let (u, v) = (p[(k + 1) % n] - p[k], p[(k + n - 1) % n] - p[k]);
+        // Below this sine a corner is flat within the rounding of the coordinates.
+        u.cross(v).dot(normal) <= 1e-9 * u.length() * v.length() * normal.length()
+    })
+}
+
+/// Looks at the mesh. Elements that name missing nodes or hold numbers that are not finite are counted in `not_finite`; in Euler
+/// characteristic and pieces they count like any other.
+pub(super) fn look_at(mesh: &ShellMesh) -> Topology {
+    let mut used = vec![false; mesh.nodes.len()];
+    let mut sides: Vec<Side> = Vec::with_capacity(4 * mesh.elements.len());
+    for (id, element) in mesh.elements.enumerated() {
+        let nodes = element.corners.as_slice();
+        for (k, &a) in nodes.iter().enumerate() {
+            let b = nodes[(k + 1) % nodes.len()];
+            sides.push((a.min(b), a.max(b), id, a < b));
+            if let Some(used) = used.get_mut(a.index()) {
+                *used = true;
+            }
+        }
+    }
+    sides.sort_unstable();
+    let vectors: Vec<DVec3> = mesh
+        .elements
+        .ids()
+        .map(|id| area_vector(mesh, id))
+        .collect();
+    let mut out = Topology::default();
+    let mut root: Vec<u32> = (0..mesh.elements.len() as u32).collect();
+    let mut around = vec![DVec3::ZERO; mesh.elements.len()];
+    let sheet = |id: ElementId| -> SheetId { mesh.elements[id].sheet };
+    let mut edges = 0usize;
+    for run in sides.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1)) {
+        edges += 1;
+        for side in &run[1..] {
+            join(&mut root, run[0].2.0, side.2.0);
+        }
+        let ends = [run[0].0, run[0].1];
+        match run {
+            [_] => out.free.push(ends),
+            [a, b] => {
+                let (u, v) = (vectors[a.2.index()], vectors[b.2.index()]);
+                let cosine = u.normalize_or_zero().dot(v.normalize_or_zero());
+                if cosine.abs() < FOLD_DEG.to_radians().cos() {
+                    out.special.push(ends);
+                }
+                if sheet(a.2) == sheet(b.2) {
+                    if a.3 == b.3 {
+                        out.misoriented += 1;
+                    } else {
+                        around[a.2.index()] += v;
+                        around[b.2.index()] += u;
+                    }
+                }
+            }
+            _ => out.special.push(ends),
+        }
+    }
+    for (id, vector) in mesh.elements.ids().zip(&vectors) {
+        if !is_sound(mesh, id) {
+            out.not_finite += 1;
+        } else if is_inverted(mesh, id, *vector) || vector.dot(around[id.index()]) < 0.0 {
+            // Against all of its neighbours in the sheet: folded over.
+            out.flipped += 1;
+        }
+    }
+    let nodes = used.iter().filter(|u| **u).count();
+    out.orphans = used.len() - nodes;
+    out.euler = nodes as i64 - edges as i64 + mesh.elements.len() as i64;
+    out.pieces = (0..root.len()).filter(|&i| root[i] == i as u32).count();
+    out
+}
+
+fn find(root: &mut [u32], mut x: u32) -> u32 {
+    while root[x as usize] != x {
+        root[x as usize] = root[root[x as usize] as usize];
+        x = root[x as usize];
+    }
+    x
+}
+
+fn join(root: &mut [u32], a: u32, b: u32) {
+    let (a, b) = (find(root, a), find(root, b));
+    root[a.max(b) as usize] = a.min(b);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::test_parts::plate_mesh;
+
+    #[test]
+    fn a_plate_is_one_disc() {
+        let t = look_at(&plate_mesh(20, 12));
+        assert_eq!((t.euler, t.pieces, t.orphans), (1, 1, 0));
+        assert_eq!((t.flipped, t.misoriented, t.not_finite), (0, 0, 0));
+        assert_eq!((t.free.len(), t.special.len()), (64, 0));
+    }
+
+    #[test]
+    fn every_planted_defect_is_counted() {
+        let mut mesh = plate_mesh(20, 12);
+        mesh.nodes.push(DVec3::ZERO);
+        assert_eq!(look_at(&mesh).orphans, 1);
+
+        let mut mesh = plate_mesh(20, 12);
+        if let Corners::Quad(n) = &mut mesh.elements[ElementId(125)].corners {
+            n.reverse();
+        }
+        assert_eq!(look_at(&mesh).misoriented, 4);
+
+        let mut mesh = plate_mesh(20, 12);
+        mesh.nodes[NodeId(130)].x += 7.0;
+        assert!(look_at(&mesh).flipped >= 2);
+
+        let mut mesh = plate_mesh(20, 12);
+        mesh.elements[ElementId(7)].thickness[2] = 0.0;
+        mesh.elements[ElementId(9)].corners =
+            Corners::Triangle([NodeId(0), NodeId(1), NodeId(99_999)]);
+        assert_eq!(look_at(&mesh).not_finite, 2);
+    }
+}

@@ -1,0 +1,181 @@
+//! The mesh measured from itself: is it midway, inside, and as thick as it says?
+
+use super::sampling::{Sample, median, quantile, spread};
+use super::skin::Skin;
+use crate::model::ids::{ElementId, NodeId};
+use crate::model::shell::{Corners, ShellMesh};
+use crate::spatial::TriangleBvh;
+use glam::DVec3;
+use rayon::prelude::*;
+
+/// Nearer to a junction or a fold than so many thicknesses a point is not midway between two walls; the second number is for parts so
+/// small that the first leaves next to nothing.
+const AWAY: [f64; 2] = [1.5, 0.75];
+/// What "next to nothing" means.
+const ENOUGH: f64 = 0.05;
+/// A point may be outside by this share of the thickness: facets sag, and so do elements.
+const OUTSIDE: f64 = 0.1;
+/// Upper ends of the R-error bins; the last is open.
+const BINS: [f64; 4] = [0.005, 0.01, 0.1, 0.2];
+
+/// The mesh as triangles; a quad is two.
+pub(super) struct Flat {
+    pub triangles: Vec<[DVec3; 3]>,
+    pub areas: Vec<f64>,
+    normals: Vec<DVec3>,
+    /// Mean thickness of the element that each came from.
+    pub thickness: Vec<f64>,
+    elements: Vec<ElementId>,
+}
+
+impl Flat {
+    /// The triangles of the elements that are `sound`.
+    pub fn new(mesh: &ShellMesh, sound: impl Fn(ElementId) -> bool) -> Self {
+        let (mut triangles, mut elements) = (Vec::new(), Vec::new());
+        for (id, element) in mesh.elements.enumerated() {
+            if !sound(id) {
+                continue;
+            }
+            let mut add = |n: [NodeId; 3]| {
+                triangles.push(n.map(|n| mesh.nodes[n]));
+                elements.push(id);
+            };
+            match element.corners {
+                Corners::Triangle(n) => add(n),
+                Corners::Quad([a, b, c, d]) => {
+                    add([a, b, c]);
+                    add([a, c, d]);
+                }
+            }
+        }
+        let vectors: Vec<DVec3> = triangles
+            .iter()
+            .map(|[a, b, c]| (*b - *a).cross(*c - *a))
+            .collect();
+        Self {
+            areas: vectors.iter().map(|v| v.length() / 2.0).collect(),
+            normals: vectors.iter().map(|v| v.normalize_or_zero()).collect(),
+            thickness: elements
+                .iter()
+                .map(|e| mesh.elements[*e].mean_thickness())
+                .collect(),
+            triangles,
+            elements,
+        }
+    }
+
+    /// Area of all.
+    pub fn area(&self) -> f64 {
+        self.areas.iter().sum()
+    }
+    /// Sum of area times thickness.
+    pub fn material(&self) -> f64 {
+        self.areas
+            .iter()
+            .zip(&self.thickness)
+            .map(|(a, t)| a * t)
+            .sum()
+    }
+    /// Share of the area in elements that pass `test`.
+    pub fn share(&self, test: impl Fn(ElementId) -> bool) -> f64 {
+        let part: f64 = self
+            .areas
+            .iter()
+            .zip(&self.elements)
+            .filter(|(_, e)| test(**e))
+            .map(|(a, _)| a)
+            .sum();
+        if part > 0.0 { part / self.area() } else { 0.0 }
+    }
+}
+
+/// What was measured.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(super) struct Walls {
+    pub r50: Option<f64>,
+    pub r95: Option<f64>,
+    pub r_bins: [f64; 5],
+    pub judged_share: f64,
+    pub outside: f64,
+    pub thickness_error: Option<f64>,
+}
+
+/// One sample's answer.
+struct Probe {
+    inside: bool,
+    /// Distance to the nearest junction or fold, in thicknesses.
+    away: f64,
+    /// R-error and relative error of the thickness, where both sides were hit.
+    errors: Option<[f64; 2]>,
+}
+
+/// Measures `count` samples. `special` are the junctions and folds.
+pub(super) fn measure(
+    skin: &Skin,
+    flat: &Flat,
+    special: &[[DVec3; 2]],
+    count: usize,
+    seed: u64,
+) -> Walls {
+    let samples = spread(&flat.areas, count, seed);
+    let lines: Vec<[DVec3; 3]> = special.iter().map(|[a, b]| [*a, *b, *b]).collect();
+    let lines = TriangleBvh::new(&lines);
+    let probes: Vec<Probe> = samples
+        .par_iter()
+        .map(|s| probe(skin, flat, &lines, s))
+        .collect();
+    if probes.is_empty() {
+        return Walls::default();
+    }
+    let n = probes.len() as f64;
+    let share =
+        |test: &dyn Fn(&Probe) -> bool| probes.iter().filter(|p| test(p)).count() as f64 / n;
+    let away = AWAY
+        .into_iter()
+        .find(|k| share(&|p| p.away > *k) > ENOUGH)
+        .unwrap_or(f64::NEG_INFINITY);
+    let judged: Vec<[f64; 2]> = probes
+        .iter()
+        .filter(|p| p.inside && p.away > away)
+        .filter_map(|p| p.errors)
+        .collect();
+    let mut r: Vec<f64> = judged.iter().map(|e| e[0]).collect();
+    r.sort_unstable_by(f64::total_cmp);
+    let mut r_bins = [0.0; 5];
+    for value in &r {
+        let bin = BINS.iter().take_while(|end| value >= *end).count();
+        r_bins[bin] += 1.0 / r.len() as f64;
+    }
+    Walls {
+        r50: quantile(&r, 0.5),
+        r95: quantile(&r, 0.95),
+        r_bins,
+        judged_share: judged.len() as f64 / n,
+        outside: share(&|p| !p.inside),
+        thickness_error: median(judged.iter().map(|e| e[1]).collect()),
+    }
+}
+
+fn probe(skin: &Skin, flat: &Flat, lines: &TriangleBvh, sample: &Sample) -> Probe {
+    let i = sample.triangle;
+    let p = sample.of(flat.triangles[i]);
+    let thickness = flat.thickness[i];
+    let distance = |direction: DVec3| {
+        let hit = skin.hit(p, direction, 0.0)?;
+        Some(skin.distance(p, hit.face, hit.t))
+    };
+    let normal = flat.normals[i];
+    let errors = match (distance(normal), distance(-normal)) {
+        (Some(a), Some(b)) if a + b > 0.0 => {
+            Some([(a - b).abs() / (a + b), (thickness - a - b).abs() / (a + b)])
+        }
+        _ => None,
+    };
+    Probe {
+        inside: skin.holds(p, OUTSIDE * thickness),
+        away: lines
+            .nearest(p)
+            .map_or(f64::INFINITY, |near| near.distance / thickness),
+        errors,
+    }
+}

@@ -1,0 +1,146 @@
+//! Solids and meshes with closed forms, for unit tests.
+
+use crate::model::brep::{Brep, Face, Facet};
+use crate::model::ids::{FaceId, IndexVec, NodeId, SheetId, VertexId, WallId};
+use crate::model::shell::{Corners, Element, Sheet, ShellMesh};
+use glam::DVec3;
+
+/// A solid from flat polygons (each convex, counter-clockwise from outside), with the number of its face. `middle` is the point
+/// between two corners on the surface.
+pub(crate) fn brep(
+    points: Vec<DVec3>,
+    polygons: &[(Vec<usize>, u32)],
+    middle: impl Fn(DVec3, DVec3) -> DVec3,
+) -> Brep {
+    let mut facets = Vec::new();
+    for (polygon, face) in polygons {
+        for k in 1..polygon.len() - 1 {
+            let t = [polygon[0], polygon[k], polygon[k + 1]];
+            facets.push(Facet {
+                corners: t.map(|i| VertexId(i as u32)),
+                mids: std::array::from_fn(|k| middle(points[t[k]], points[t[(k + 1) % 3]])),
+                face: FaceId(*face),
+            });
+        }
+    }
+    let count = polygons.iter().map(|p| p.1 as usize + 1).max().unwrap_or(0);
+    let solid = Brep {
+        solid_tag: 1,
+        vertices: IndexVec::from(points),
+        facets: IndexVec::from(facets),
+        faces: (0..count)
+            .map(|i| Face {
+                tag: i as i32 + 1,
+                ..Face::default()
+            })
+            .collect(),
+        curves: IndexVec::new(),
+    };
+    assert_eq!(solid.check(), vec![]);
+    solid
+}
+
+/// A box with one corner at the origin.
+pub(crate) fn box_brep(size: DVec3) -> Brep {
+    let points = (0..8)
+        .map(|i| DVec3::new(f64::from(i & 1), f64::from(i >> 1 & 1), f64::from(i >> 2)) * size)
+        .collect();
+    let polygons = [
+        [0, 2, 3, 1],
+        [4, 5, 7, 6],
+        [0, 1, 5, 4],
+        [2, 6, 7, 3],
+        [0, 4, 6, 2],
+        [1, 3, 7, 5],
+    ];
+    let polygons: Vec<(Vec<usize>, u32)> = polygons.iter().map(|p| p.to_vec()).zip(0..).collect();
+    brep(points, &polygons, |a, b| (a + b) / 2.0)
+}
+
+/// A tube round z of `n` curved facets a turn.
+pub(crate) fn tube_brep(outer: f64, inner: f64, height: f64, n: usize) -> Brep {
+    let mut points = Vec::new();
+    for (r, z) in [(outer, 0.0), (outer, height), (inner, 0.0), (inner, height)] {
+        for i in 0..n {
+            let turn = std::f64::consts::TAU * i as f64 / n as f64;
+            points.push(DVec3::new(r * turn.cos(), r * turn.sin(), z));
+        }
+    }
+    let mut polygons = Vec::new();
+    for i in 0..n {
+        let at = |ring: usize, i: usize| ring * n + i % n;
+        let j = i + 1;
+        polygons.push((vec![at(0, i), at(0, j), at(1, j), at(1, i)], 0));
+        polygons.push((vec![at(2, i), at(3, i), at(3, j), at(2, j)], 1));
+        polygons.push((vec![at(1, i), at(1, j), at(3, j), at(3, i)], 2));
+        polygons.push((vec![at(0, i), at(2, i), at(2, j), at(0, j)], 3));
+    }
+    brep(points, &polygons, |a, b| {
+        let radius = |p: DVec3| p.truncate().length();
+        let mid = (a + b) / 2.0;
+        if (radius(a) - radius(b)).abs() > 1e-9 * outer {
+            return mid;
+        }
+        (mid.truncate().normalize() * radius(a)).extend(mid.z)
+    })
+}
+
+/// A mesh of quads over a grid of `nu` by `nv` cells, closed in the first direction if `round`.
+pub(crate) fn grid_mesh(
+    f: impl Fn(f64, f64) -> DVec3,
+    nu: usize,
+    nv: usize,
+    round: bool,
+    thickness: f64,
+) -> ShellMesh {
+    let width = if round { nu } else { nu + 1 };
+    let mut mesh = ShellMesh::default();
+    for j in 0..=nv {
+        for i in 0..width {
+            mesh.nodes
+                .push(f(i as f64 / nu as f64, j as f64 / nv as f64));
+        }
+    }
+    for j in 0..nv {
+        for i in 0..nu {
+            let at = |i: usize, j: usize| NodeId((j * width + i % width) as u32);
+            let corners = Corners::Quad([at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)]);
+            mesh.elements.push(element(corners, 0, thickness));
+        }
+    }
+    mesh.node_thickness = IndexVec::filled(thickness, mesh.nodes.len());
+    mesh.node_normals = IndexVec::filled(DVec3::Z, mesh.nodes.len());
+    mesh.sheets.push(sheet());
+    mesh
+}
+
+/// A sheet of the first solid.
+pub(crate) fn sheet() -> Sheet {
+    Sheet {
+        solid_tag: 1,
+        wall: WallId(0),
+        sides: [vec![2], vec![1]],
+    }
+}
+
+/// An element of constant thickness.
+pub(crate) fn element(corners: Corners, sheet: u32, thickness: f64) -> Element {
+    Element {
+        corners,
+        sheet: SheetId(sheet),
+        thickness: [thickness; 4],
+        source_faces: [2, 1],
+        unsure: false,
+    }
+}
+
+/// The mid-surface of the plate 100 x 60 x 3.
+pub(crate) fn plate_mesh(nu: usize, nv: usize) -> ShellMesh {
+    grid_mesh(
+        |u, v| DVec3::new(100.0 * u, 60.0 * v, 1.5),
+        nu,
+        nv,
+        false,
+        3.0,
+    )
+}
