@@ -4,4 +4,5 @@ pub mod export;
 pub mod geom;
 pub mod import;
 pub mod model;
+pub mod solve;
 pub mod stage;

@@ -1,3 +1,4 @@
 //! Shared mathematics: no topology, no files, no clocks.
 
+pub mod cdt;
 pub mod placer;
