@@ -3,5 +3,6 @@
 pub mod brep;
 pub mod complex;
 pub mod ids;
+pub mod patch;
 pub mod shell;
 pub mod tets;

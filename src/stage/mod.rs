@@ -1,1 +1,6 @@
 //! Filled by the modules below.
+
+pub mod patch;
+
+#[cfg(test)]
+pub(crate) mod test_shapes;
