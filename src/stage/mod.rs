@@ -1,5 +1,6 @@
 //! Filled by the modules below.
 
+pub mod flatten;
 pub mod patch;
 
 #[cfg(test)]
