@@ -1,5 +1,6 @@
 //! Filled by the modules below.
 
+pub mod chart_mesh;
 pub mod flatten;
 pub mod patch;
 
