@@ -17,7 +17,7 @@ fn quality(complex: &MidComplex, t: &MidTriangle) -> (f64, f64, f64) {
 }
 
 /// Share of triangles out of the limits (ratio 2.5, angles 30 to 110 degrees), and mean edge length.
-fn census(complex: &MidComplex) -> (f64, f64, f64) {
+pub(super) fn census(complex: &MidComplex) -> (f64, f64, f64) {
     let all: Vec<_> = complex.triangles.iter().map(|t| quality(complex, t)).collect();
     let bad = all.iter().filter(|q| q.0 > 2.5 || q.1 < 30.0 || q.2 > 110.0);
     let share = bad.count() as f64 / all.len() as f64;
@@ -30,7 +30,7 @@ fn census(complex: &MidComplex) -> (f64, f64, f64) {
     (share, mean_least, mean)
 }
 
-fn area(complex: &MidComplex) -> f64 {
+pub(super) fn area(complex: &MidComplex) -> f64 {
     complex.triangles.iter().map(|t| {
         let [a, b, c] = t.nodes.map(|n| complex.nodes[n].point);
         (b - a).cross(c - a).length() / 2.0
@@ -154,7 +154,7 @@ fn sizes_grow_from_a_fine_rim() {
     let (share, least, _) = census(&out.complex);
     eprintln!("{} triangles bad {share} least {least}", out.complex.triangles.len());
     assert!(share < 0.05, "{share}");
-    assert!(out.complex.triangles.len() < 1400);
+    assert!(out.complex.triangles.len() < 1600);
 }
 
 #[test]
@@ -169,12 +169,23 @@ fn the_same_for_any_number_of_threads() {
 
 #[test]
 fn counts_do_not_change_when_the_part_is_moved() {
-    for c in [shapes::plate_with_holes(4.0), shapes::half_cylinder(16, 15)] {
+    // Cuts depend on solves whose rounding errors may exceed the grid of the snapping: there the counts may differ a little.
+    for (c, slack) in [
+        (shapes::plate_with_holes(4.0), 0.0),
+        (shapes::rib_on_plate(0.5), 0.0),
+        (shapes::half_cylinder(16, 15), 0.0),
+        (shapes::tube(24, 20, 40.0), 0.03),
+        (shapes::torus(40, 14), 0.03),
+        (shapes::sphere(8, true), 0.03),
+    ] {
         let a = mesh_charts(&c, &|_, _| 4.0, &Stay);
         let b = mesh_charts(&shapes::moved(&c), &|_, _| 4.0, &Stay);
         assert_eq!((a.patches, a.cut), (b.patches, b.cut));
-        let (n, m) = (a.complex.triangles.len() as f64, b.complex.triangles.len() as f64);
-        assert!((n / m - 1.0).abs() < 0.02, "{n} {m}");
+        let (n, m) = (
+            a.complex.triangles.len() as f64,
+            b.complex.triangles.len() as f64,
+        );
+        assert!((n / m - 1.0).abs() <= slack, "{n} {m}");
     }
 }
 

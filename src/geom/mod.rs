@@ -2,3 +2,4 @@
 
 pub mod cdt;
 pub mod placer;
+pub mod snap;

@@ -22,6 +22,7 @@ pub use harmonic::harmonic;
 pub use shape::{Stretch, stretch};
 
 use crate::model::patch::{Chart, ChartKind, Patch};
+use crate::geom::snap::Snap;
 use crate::solve::SolveError;
 use glam::{DVec2, DVec3};
 
@@ -86,9 +87,11 @@ pub fn flatten(patch: &Patch) -> Result<Chart, FlattenError> {
     if !(area > 0.0 && area.is_finite()) {
         return Err(FlattenError::NoArea(patch.triangles.len()));
     }
+    let snap = Snap::for_size(area.sqrt());
+    let snapped = |places: Vec<DVec2>| places.into_iter().map(|p| snap.place(p)).collect();
     if let Some(places) = plane(patch, area) {
         let chart = Chart {
-            places,
+            places: snapped(places),
             kind: ChartKind::Plane,
         };
         if chart.check(patch).is_empty() {
@@ -113,6 +116,7 @@ pub fn flatten(patch: &Patch) -> Result<Chart, FlattenError> {
         };
         let mut chart = Chart { places, kind };
         unfold(patch, &mut chart);
+        chart.places = snapped(chart.places);
         let folds = chart.check(patch).len();
         if folds > 0 {
             let triangles = patch.triangles.len();
@@ -139,10 +143,14 @@ fn plane(patch: &Patch, area: f64) -> Option<Vec<DVec2>> {
     if sum.length() < (1.0 - PLANE_LOSS) * area {
         return None;
     }
-    let (x, y) = sum.normalize().any_orthonormal_pair();
-    let origin = patch.points.first().copied().unwrap_or_default();
+    // A frame of the patch's own, so that the chart does not depend on how the part lies in space.
+    let normal = sum.normalize();
+    let first = patch.boundary().next().unwrap_or_default();
+    let [origin, end] = first.map(|c| patch.points[c as usize]);
+    let x = (end - origin).reject_from_normalized(normal).try_normalize()?;
+    // Right-handed about the normal, so that triangles stay counter-clockwise.
+    let y = normal.cross(x);
     let flat = |p: &DVec3| DVec2::new((*p - origin).dot(x), (*p - origin).dot(y));
-    // The pair is right-handed about the normal, so that triangles stay counter-clockwise.
     Some(patch.points.iter().map(flat).collect())
 }
 

@@ -3,7 +3,7 @@
 use crate::geom::cdt::triangulate_region;
 use crate::geom::placer::Placer;
 use crate::model::complex::{MidComplex, MidNode, MidTriangle, Support};
-use crate::model::ids::{Id, NodeId, WallId};
+use crate::model::ids::{NodeId, WallId};
 use glam::{DMat3, DVec2, DVec3};
 use std::collections::BTreeMap;
 use std::f64::consts::{PI, TAU};
@@ -248,6 +248,3 @@ pub fn edge_census(complex: &MidComplex) -> BTreeMap<usize, usize> {
     census
 }
 
-pub fn node(i: usize) -> NodeId {
-    NodeId::new(i)
-}

@@ -123,6 +123,7 @@ impl Front<'_> {
         direction: DVec3,
         queue: &mut VecDeque<(u32, DVec3)>,
     ) {
+        let place = self.surface.snap.place(place);
         let Some(spot) = self.surface.locate(place) else {
             return;
         };
@@ -135,6 +136,7 @@ impl Front<'_> {
             // A step of one size changes it by the grading at most.
             size = size.min(other.size + (GRADING - 1.0) * distance(other.place));
         }
+        let size = self.surface.snap.value(size);
         let close = |i: u32| distance(self.points[i as usize].place) < APART * size;
         if self.grid.near(place, APART * reach).any(close) {
             return;

@@ -107,7 +107,7 @@ fn move_free(surface: &Surface, fixed: usize, points: &mut [Point], triangles: &
         let target = sum / total;
         // A full step, else half of it, else none.
         for share in [1.0, 0.5] {
-            points[i].place = old.lerp(target, share);
+            points[i].place = surface.snap.place(old.lerp(target, share));
             let valid = target.is_finite()
                 && surface.locate(points[i].place).is_some()
                 && own.iter().all(|t| {
@@ -149,7 +149,7 @@ fn repair(
     let mut added = Vec::new();
     for [a, b] in inner {
         let (p, q) = (points[a as usize], points[b as usize]);
-        let middle = (p.place + q.place) / 2.0;
+        let middle = surface.snap.place((p.place + q.place) / 2.0);
         let Some(spot) = surface.locate(middle) else {
             continue;
         };

@@ -1,5 +1,6 @@
 //! The old triangles as a surface over the chart: where a place in the chart lies in space, and how lengths change.
 
+use crate::geom::snap::Snap;
 use crate::model::patch::{Chart, Patch};
 use glam::{DMat2, DVec2, DVec3};
 
@@ -24,6 +25,8 @@ pub(super) struct Surface<'a> {
     slopes: Vec<Slope>,
     normals: Vec<DVec3>,
     grid: Grid,
+    /// The grid that all places in the chart lie on.
+    pub snap: Snap,
 }
 
 /// Items in the cells of a regular grid over a box in the plane.
@@ -119,6 +122,7 @@ impl<'a> Surface<'a> {
             slopes,
             normals,
             grid,
+            snap: Snap::for_size(patch.area().sqrt()),
         }
     }
 

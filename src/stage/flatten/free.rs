@@ -2,6 +2,7 @@
 
 use super::harmonic::solve_given;
 use super::shape::{self, Shape};
+use crate::geom::snap::Snap;
 use crate::model::patch::Patch;
 use crate::solve::{SolveError, SpdSolver};
 use glam::DVec2;
@@ -48,9 +49,10 @@ fn conformal(patch: &Patch, laplacian: &[(u32, u32, f64)]) -> Result<Vec<DVec2>,
 /// Two boundary corners far apart.
 fn far_corners(patch: &Patch) -> (u32, u32) {
     let outer = patch.loops.first().map_or(&[][..], |l| l);
+    let snap = Snap::for_size(patch.area().sqrt());
     let farthest = |from: u32| {
         let p = patch.points[from as usize];
-        let by = |c: &&u32| patch.points[**c as usize].distance_squared(p);
+        let by = |c: &&u32| snap.value(patch.points[**c as usize].distance(p));
         outer
             .iter()
             .max_by(|a, b| by(a).total_cmp(&by(b)))

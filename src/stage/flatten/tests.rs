@@ -44,7 +44,7 @@ fn a_flat_plate_keeps_its_lengths_anywhere_in_space() {
     ] {
         let (patch, chart) = chart(&c);
         assert_eq!(chart.kind, ChartKind::Plane);
-        assert!(worst_stretch(&patch, &chart) < 1e-9);
+        assert!(worst_stretch(&patch, &chart) < 1e-7);
     }
 }
 

@@ -1,5 +1,6 @@
 //! Triangles with their neighbours made into a patch: oriented, corners told apart, boundary walked.
 
+use crate::geom::snap::Snap;
 use crate::model::ids::{NodeId, TriangleId, WallId};
 use crate::model::patch::Patch;
 use glam::DVec3;
@@ -193,7 +194,8 @@ impl Soup {
                 loops.push((length, list));
             }
         }
-        loops.sort_by(|a, b| b.0.total_cmp(&a.0));
+        let snap = Snap::for_size(loops.iter().map(|l| l.0).sum());
+        loops.sort_by(|a, b| snap.value(b.0).total_cmp(&snap.value(a.0)));
         (loops.into_iter().map(|l| l.1).collect(), on_boundary)
     }
 }

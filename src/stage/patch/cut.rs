@@ -6,6 +6,7 @@
 //! sides share its nodes.
 
 use super::assemble::{Link, Links, Soup, restrict};
+use crate::geom::snap::Snap;
 use crate::model::ids::NodeId;
 use crate::model::patch::Patch;
 use std::cmp::Reverse;
@@ -134,6 +135,7 @@ fn triangle_distances(patch: &Patch, links: &[Links], seeds: &[(u32, u8)]) -> (V
         let [a, b, c] = patch.triangle_points(t as usize);
         (a + b + c) / 3.0
     };
+    let snap = Snap::for_size(patch.area().sqrt());
     let mut distance = vec![f64::INFINITY; patch.triangles.len()];
     let mut mark = vec![0u8; patch.triangles.len()];
     let mut heap = BinaryHeap::new();
@@ -148,7 +150,7 @@ fn triangle_distances(patch: &Patch, links: &[Links], seeds: &[(u32, u8)]) -> (V
         }
         for link in links[t as usize].iter().flatten() {
             let u = link.triangle;
-            let reach = d + centre(t).distance(centre(u));
+            let reach = d + snap.value(centre(t).distance(centre(u)));
             if reach < distance[u as usize] {
                 distance[u as usize] = reach;
                 mark[u as usize] = mark[t as usize];
@@ -167,6 +169,7 @@ fn corner_distances(
     from: &[u32],
     avoided: &[bool],
 ) -> (Vec<f64>, Vec<u32>) {
+    let snap = Snap::for_size(patch.area().sqrt());
     let mut distance = vec![f64::INFINITY; patch.nodes.len()];
     let mut parent = vec![u32::MAX; patch.nodes.len()];
     let mut heap = BinaryHeap::new();
@@ -181,6 +184,7 @@ fn corner_distances(
         }
         for &n in &around[c as usize] {
             let length = patch.points[c as usize].distance(patch.points[n as usize]);
+            let length = 2.0 * snap.value(length / 2.0);
             let reach = d + if on(c) && on(n) { 0.5 * length } else { length };
             if reach < distance[n as usize] {
                 distance[n as usize] = reach;
