@@ -1,9 +1,11 @@
 //! Shared mathematics: no topology, no files, no clocks.
 
+pub mod cdt;
 pub mod placer;
 pub mod planes;
 pub mod quadratic;
 pub mod quality;
 pub mod random;
 pub mod six_node;
+pub mod snap;
 pub mod triangle;

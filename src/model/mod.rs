@@ -4,6 +4,7 @@ pub mod brep;
 pub mod complex;
 pub mod decomposition;
 pub mod ids;
+pub mod patch;
 pub mod report;
 pub mod shell;
 pub mod sighting;

@@ -3,10 +3,13 @@
 pub mod adjacency;
 pub mod assess;
 pub mod audit;
+pub mod chart_mesh;
 pub mod collapse;
 pub mod decompose;
 pub mod extract;
+pub mod flatten;
 pub mod pair;
+pub mod patch;
 pub mod quads;
 pub mod quality;
 pub mod remesh;
@@ -15,3 +18,6 @@ pub mod shell;
 pub mod widen;
 //! Filled by the modules below.
 
+
+#[cfg(test)]
+pub(crate) mod test_shapes;

@@ -1,0 +1,170 @@
+//! Seeds: new points in rows from the boundary inwards.
+//!
+//! A front of equilateral triangles (Rebay 1993, doi:10.1006/jcph.1993.1097; Remacle et al. 2013, doi:10.1002/nme.4441): every
+//! boundary edge proposes the apex of a triangle, every accepted point its six neighbours in the direction of its parent; first come,
+//! first served, and none nearer to another than a share of the size. Lengths are measured in space, not in the chart.
+
+use super::surface::{Grid, Surface};
+use glam::{DQuat, DVec2, DVec3};
+use std::collections::VecDeque;
+use std::f64::consts::FRAC_PI_3;
+
+/// Least distance of a new point from the others, as a share of the size: half-way (in area) between one and two triangles in the gap
+/// where fronts meet.
+const APART: f64 = 0.72;
+
+/// Most growth of size from one row to the next, either way: neighbouring edge lengths stay within the ratio that angles above 30
+/// degrees allow.
+const GRADING: f64 = 1.4;
+
+/// A point of the new mesh.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Point {
+    /// Where it lies in the chart.
+    pub place: DVec2,
+    /// Wanted edge length there, mm.
+    pub size: f64,
+}
+
+/// New points for the inside. `fixed` are the points already there, `edges` the fixed edges (as positions in `fixed`), with a mark whether
+/// both sides of the edge are inside; `size` tells the wanted edge length, mm, at a point in space.
+pub(super) fn seeds(
+    surface: &Surface,
+    fixed: &[Point],
+    edges: &[([u32; 2], bool)],
+    size: &dyn Fn(DVec3) -> f64,
+) -> Vec<Point> {
+    let places: Vec<DVec2> = fixed.iter().map(|p| p.place).collect();
+    let typical = edges
+        .iter()
+        .map(|(e, _)| places[e[0] as usize].distance(places[e[1] as usize]))
+        .sum::<f64>()
+        / edges.len().max(1) as f64;
+    let mut front = Front {
+        surface,
+        size,
+        points: fixed.to_vec(),
+        grid: Grid::new(&places, typical, 1 << 16),
+        edges,
+        edge_grid: Grid::new(&places, typical, 1 << 16),
+        longest: 0.0,
+    };
+    for (i, p) in places.iter().enumerate() {
+        front.grid.add(i as u32, *p, *p);
+    }
+    for (i, (e, _)) in edges.iter().enumerate() {
+        let (a, b) = (places[e[0] as usize], places[e[1] as usize]);
+        let middle = (a + b) / 2.0;
+        front.edge_grid.add(i as u32, middle, middle);
+        front.longest = front.longest.max(a.distance(b));
+    }
+    let mut queue: VecDeque<(u32, DVec3)> = VecDeque::new();
+    for (e, both) in edges {
+        front.apex(e[0], e[1], &mut queue);
+        if *both {
+            front.apex(e[1], e[0], &mut queue);
+        }
+    }
+    while let Some((from, direction)) = queue.pop_front() {
+        front.around(from, direction, &mut queue);
+    }
+    front.points.split_off(fixed.len())
+}
+
+struct Front<'a> {
+    surface: &'a Surface<'a>,
+    size: &'a dyn Fn(DVec3) -> f64,
+    points: Vec<Point>,
+    grid: Grid,
+    edges: &'a [([u32; 2], bool)],
+    edge_grid: Grid,
+    longest: f64,
+}
+
+impl Front<'_> {
+    /// Proposes the apex of the triangle on the left of an edge.
+    fn apex(&mut self, a: u32, b: u32, queue: &mut VecDeque<(u32, DVec3)>) {
+        let (p, q) = (self.points[a as usize].place, self.points[b as usize].place);
+        let middle = (p + q) / 2.0;
+        // A little to the left, so that the triangle found is on this side.
+        let inside = middle + 1e-3 * (q - p).perp();
+        let Some(spot) = self.surface.locate(inside) else {
+            return;
+        };
+        let along = self.surface.push(spot.triangle, q - p);
+        let length = along.length();
+        let wanted = graded((self.size)(self.surface.lift(&spot)), length);
+        let height = (wanted * wanted - length * length / 4.0).max(length * length / 4.0).sqrt();
+        let up = self.surface.flat_normal(spot.triangle).cross(along) / length;
+        let step = self.surface.pull(spot.triangle, up * height);
+        self.propose(middle + step, length, along, queue);
+    }
+
+    /// Proposes the six neighbours of a point.
+    fn around(&mut self, from: u32, direction: DVec3, queue: &mut VecDeque<(u32, DVec3)>) {
+        let Point { place, size } = self.points[from as usize];
+        let Some(spot) = self.surface.locate(place) else {
+            return;
+        };
+        let normal = self.surface.flat_normal(spot.triangle);
+        let along = direction.reject_from_normalized(normal).normalize_or_zero();
+        for k in 0..6 {
+            let way = DQuat::from_axis_angle(normal, FRAC_PI_3 * k as f64) * along;
+            let step = self.surface.pull(spot.triangle, way * size);
+            self.propose(place + step, size, way, queue);
+        }
+    }
+
+    /// Takes a point unless it lies outside or near to another point or edge.
+    fn propose(
+        &mut self,
+        place: DVec2,
+        parent: f64,
+        direction: DVec3,
+        queue: &mut VecDeque<(u32, DVec3)>,
+    ) {
+        let place = self.surface.snap.place(place);
+        let Some(spot) = self.surface.locate(place) else {
+            return;
+        };
+        let mut size = graded((self.size)(self.surface.lift(&spot)), parent);
+        let shrink = self.surface.shortest(spot.triangle);
+        let distance = |p: DVec2| self.surface.push(spot.triangle, p - place).length();
+        let reach = size / shrink;
+        for i in self.grid.near(place, reach) {
+            let other = &self.points[i as usize];
+            // A step of one size changes it by the grading at most.
+            size = size.min(other.size + (GRADING - 1.0) * distance(other.place));
+        }
+        let size = self.surface.snap.value(size);
+        let close = |i: u32| distance(self.points[i as usize].place) < APART * size;
+        if self.grid.near(place, APART * reach).any(close) {
+            return;
+        }
+        let sees_obtusely = |i: u32| {
+            let (e, _) = self.edges[i as usize];
+            let to = |i: u32| {
+                let step = self.points[i as usize].place - place;
+                self.surface.push(spot.triangle, step)
+            };
+            let (a, b) = (to(e[0]), to(e[1]));
+            a.dot(b) < -1e-9 * a.length() * b.length()
+        };
+        if self.edge_grid.near(place, 0.51 * self.longest).any(sees_obtusely) {
+            return;
+        }
+        let id = self.points.len() as u32;
+        self.points.push(Point { place, size });
+        self.grid.add(id, place, place);
+        queue.push_back((id, direction));
+    }
+}
+
+/// The wanted size, not too far from the neighbouring one; that one where no size is told.
+fn graded(wanted: f64, near: f64) -> f64 {
+    if wanted.is_finite() && wanted > 0.0 {
+        wanted.clamp(near / GRADING, near * GRADING)
+    } else {
+        near
+    }
+}
