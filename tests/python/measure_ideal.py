@@ -1,0 +1,332 @@
+#!/usr/bin/env python3
+"""Ideal meshes: the mid-surface of every fixture drawn by hand, meshed by Gmsh, to prove that the facts hold and can be met.
+
+    measure_ideal.py NAME out.vtu --size H [--size-curvature N] [--plant DEFECT]
+
+They know the fixtures' dimensions from fixtures/gen/NAME.geo, and nothing of the product. DEFECT spoils the mesh:
+  shift    moved by a tenth of the thickness             hole     one inner element missing
+  half     half of the elements missing                  thick    thickness 10 % too great
+  seam     torn open along a line through the middle      flip     one inner element turned over
+  needle   one node moved until an element is a needle   crease   one inner node pulled out of the surface
+  torn     every sheet by itself, its junctions unmerged  wide     a fifth wider than the solid
+  label    sheet numbers that do not follow the sheets
+"""
+import argparse
+import math
+
+import gmsh
+import numpy as np
+
+import measure_vtu
+
+
+class Draft:
+    """Surfaces with a thickness each; junctions and creases come from their being cut by one another."""
+
+    def __init__(self):
+        self.o = gmsh.model.occ
+        self.parts = []  # (surface tag, thickness or function of (x, y, z))
+
+    def add(self, tags, t):
+        self.parts += [(tag, t) for tag in np.atleast_1d(tags)]
+
+    def rect(self, corner, u, v, t):
+        """the parallelogram of edges u and v"""
+        p = [np.array(corner, float), np.add(corner, u), np.add(np.add(corner, u), v), np.add(corner, v)]
+        k = [self.o.addPoint(*q) for q in p]
+        lines = [self.o.addLine(k[i], k[(i + 1) % 4]) for i in range(4)]
+        self.add(self.o.addPlaneSurface([self.o.addCurveLoop(lines)]), t)
+
+    def sweep(self, curves, along, t):
+        """curves carried along a vector"""
+        out = self.o.extrude([(1, c) for c in curves], *along)
+        self.add([tag for d, tag in out if d == 2], t)
+
+    def spin(self, curves, angle, t):
+        """curves turned about the z axis"""
+        out = self.o.revolve([(1, c) for c in curves], 0, 0, 0, 0, 0, 1, angle)
+        self.add([tag for d, tag in out if d == 2], t)
+
+    def line(self, a, b):
+        return self.o.addLine(self.o.addPoint(*a), self.o.addPoint(*b))
+
+    def profile(self, corners, r, width, t):
+        """a polyline in the plane y = 0 with all its inner corners rounded to radius r, carried along y"""
+        c = [np.array([x, 0, z], float) for x, z in corners]
+        at, curves = self.o.addPoint(*c[0]), []
+        for i in range(1, len(c) - 1):
+            a, b = (c[i - 1] - c[i]), (c[i + 1] - c[i])
+            a, b = a / np.linalg.norm(a), b / np.linalg.norm(b)
+            p, q, m = (self.o.addPoint(*x) for x in (c[i] + r * a, c[i] + r * b, c[i] + r * (a + b)))
+            curves += [self.o.addLine(at, p), self.o.addCircleArc(p, m, q)]
+            at = q
+        curves.append(self.o.addLine(at, self.o.addPoint(*c[-1])))
+        self.sweep(curves, (0, width, 0), t)
+
+    def cut(self, drop=None):
+        """all surfaces cut by one another; drop(box) tells which pieces go"""
+        if len(self.parts) > 1:
+            _, images = self.o.fragment([(2, k) for k, _ in self.parts], [])
+            self.o.synchronize()
+            kept = {}
+            for (_, t), image in zip(self.parts, images):
+                for _, tag in image:
+                    kept[tag] = t
+            self.parts = list(kept.items())
+        self.o.synchronize()
+        if drop:
+            gone = [k for k, _ in self.parts if drop(gmsh.model.getBoundingBox(2, k))]
+            self.o.remove([(2, k) for k in gone], recursive=True)
+            self.o.synchronize()
+            self.parts = [(k, t) for k, t in self.parts if k not in gone]
+
+
+def ribs(d, L, W, T, t, H, b, x0=0.0, k=None):
+    """a plate with one rib along x"""
+    d.rect((0, 0, T / 2), (L, 0, 0), (0, W, 0), t)
+    d.rect((x0, W / 2, T / 2), (k or L, 0, 0), (0, 0, H + T / 2), b)
+
+
+def draw(name, d):
+    """the mid-surface of fixture `name`; returns what is left to do to the nodes, if anything, and which pieces to drop"""
+    o, pi = d.o, math.pi
+    lift, drop = None, None
+    if name == "flat_plate":
+        d.rect((0, 0, 1.5), (60, 0, 0), (0, 40, 0), 3.0)
+    elif name == "plate_holes":
+        d.rect((0, 0, 1.5), (80, 0, 0), (0, 50, 0), 3.0)
+        tools = [o.addDisk(20, 25, 1.5, 8, 8), o.addDisk(42, 14, 1.5, 5, 5), o.addRectangle(55, 28, 1.5, 14, 10)]
+        out, _ = o.cut([(2, d.parts[0][0])], [(2, k) for k in tools])
+        d.parts = [(out[0][1], 3.0)]
+    elif name == "wedge":
+        k = math.tan(math.atan(4 / 60) / 2)
+        d.rect((0, 0, 30 * k), (60, 0, 60 * k), (0, 40, 0), lambda x, y, z: 2 * (x + 30) * k)
+    elif name == "l_sharp":
+        d.rect((1.5, 0, 1.5), (38.5, 0, 0), (0, 25, 0), 3.0)
+        d.rect((1.5, 0, 1.5), (0, 0, 28.5), (0, 25, 0), 3.0)
+    elif name == "l_bend":
+        d.profile([(30, 1.5), (1.5, 1.5), (1.5, 24)], 3.5, 15, 3.0)
+    elif name == "u_bend":
+        d.profile([(1.5, 20), (1.5, 1.5), (28.5, 1.5), (28.5, 20)], 3.5, 15, 3.0)
+    elif name == "z_bend":
+        d.profile([(0, 1.5), (18.5, 1.5), (18.5, 23.5), (37, 23.5)], 3.5, 15, 3.0)
+    elif name == "hat_bend":
+        d.profile([(0, 1.5), (12.5, 1.5), (12.5, 18.5), (35.5, 18.5), (35.5, 1.5), (48, 1.5)], 3.5, 12, 3.0)
+    elif name in ("t_sharp", "t_fillet"):
+        ribs(d, 60, 40, 3, 3.0, 20, 2.0)
+    elif name == "rib_partial":
+        ribs(d, 60, 40, 3, 3.0, 20, 2.0, 15, 30)
+    elif name == "rib_partial_fillet":
+        d.rect((0, 0, 1.5), (60, 0, 0), (0, 40, 0), 3.0)
+        p = [(15, 1.5), (45, 1.5), (45, 3), (47, 3), (45, 5), (45, 23), (15, 23), (15, 5), (13, 3), (15, 3)]
+        # the wedge of plate under the end of the fillet has no sheet of its own: the foot is as long as the rib
+        p = [q for q in p if q not in ((45, 3), (15, 3))]
+        k = [o.addPoint(x, 20, z) for x, z in p]
+        right, left = o.addPoint(47, 20, 5), o.addPoint(13, 20, 5)
+        c = [o.addLine(k[0], k[1]), o.addLine(k[1], k[2]), o.addCircleArc(k[2], right, k[3]), o.addLine(k[3], k[4]),
+             o.addLine(k[4], k[5]), o.addLine(k[5], k[6]), o.addCircleArc(k[6], left, k[7]), o.addLine(k[7], k[0])]
+        d.add(o.addPlaneSurface([o.addCurveLoop(c)]), 2.0)
+    elif name == "x_cross":
+        d.rect((-20, 0, 0), (40, 0, 0), (0, 30, 0), 2.0)
+        d.rect((0, 0, -25), (0, 0, 50), (0, 30, 0), 3.0)
+    elif name == "y_plates":
+        for i in range(3):
+            d.rect((0, 0, 0), (25 * math.cos(i * 2 * pi / 3), 25 * math.sin(i * 2 * pi / 3), 0), (0, 0, 30), 3.0)
+    elif name == "ribs_crossing":
+        ribs(d, 60, 60, 3, 3.0, 15, 2.0)
+        d.rect((30, 0, 1.5), (0, 60, 0), (0, 0, 16.5), 2.0)
+    elif name == "egg_crate":
+        for i in (20, 40, 60):
+            d.rect((0, i, 0), (80, 0, 0), (0, 0, 15), 2.0)
+            d.rect((i, 0, 0), (0, 80, 0), (0, 0, 15), 2.0)
+    elif name == "boss_ribs":
+        d.rect((-30, -30, 1.5), (60, 0, 0), (0, 60, 0), 3.0)
+        d.sweep([o.addCircle(0, 0, 1.5, 5)], (0, 0, 10.5), 3.0)
+        for u in ((1, 0, 0), (0, 1, 0), (-1, 0, 0), (0, -1, 0)):
+            d.rect((5 * u[0], 5 * u[1], 1.5), (15 * u[0], 15 * u[1], 0), (0, 0, 7.5), 2.0)
+    elif name in ("open_box", "closed_box"):
+        h = 19 if name == "open_box" else 28
+        d.rect((1, 1, 1), (48, 0, 0), (0, 38, 0), 2.0)
+        if name == "closed_box":
+            d.rect((1, 1, 29), (48, 0, 0), (0, 38, 0), 2.0)
+        for p, u in (((1, 1, 1), (48, 0, 0)), ((1, 39, 1), (48, 0, 0)), ((1, 1, 1), (0, 38, 0)), ((49, 1, 1), (0, 38, 0))):
+            d.rect(p, u, (0, 0, h), 2.0)
+    elif name == "tube":
+        d.sweep([o.addCircle(0, 0, 0, 18)], (0, 0, 24), 4.0)
+    elif name == "cone_shell":
+        a = math.radians(20)
+        d.spin([d.line((10, 0, 0), (10 + 16 * math.sin(a), 0, 16 * math.cos(a)))], 2 * pi, 4.0)
+    elif name == "half_sphere":
+        a, c, b = o.addPoint(17.5, 0, 0), o.addPoint(0, 0, 0), o.addPoint(0, 0, 17.5)
+        d.spin([o.addCircleArc(a, c, b)], 2 * pi, 5.0)
+    elif name == "torus_shell":
+        k = o.addCircle(16, 0, 0, 6)
+        o.rotate([(1, k)], 16, 0, 0, 1, 0, 0, pi / 2)
+        d.spin([k], pi / 2, 4.0)
+    elif name == "tubes_t":
+        k = o.addCircle(-14, 0, 0, 10)
+        o.rotate([(1, k)], -14, 0, 0, 0, 1, 0, pi / 2)
+        d.sweep([k], (28, 0, 0), 4.0)
+        d.sweep([o.addCircle(0, 0, 0, 5)], (0, 0, 21), 2.0)
+        e = 0.1
+        inner = lambda b: b[0] > -5 - e and b[3] < 5 + e  # within the branch in x
+        drop = lambda b: inner(b) and (b[5] < 10 + e)
+    elif name == "step_symmetric":
+        d.rect((0, 0, 0), (60, 0, 0), (0, 40, 0), 3.0)
+        d.rect((60, 0, 0), (60, 0, 0), (0, 40, 0), 5.0)
+    elif name == "step_flush":
+        for x, w in ((0, 60), (60, math.sqrt(3)), (60 + math.sqrt(3), 60 - math.sqrt(3))):
+            d.rect((x, 0, 0), (w, 0, 0), (0, 40, 0), lambda x, y, z: 2 * z)
+        lift = lambda p: np.c_[p[:, :2], 1.5 + np.clip(p[:, 0] - 60, 0, math.sqrt(3)) ** 2 / 6]
+    elif name == "plate_pocket":
+        r = math.sqrt(3)
+        d.add(o.addRectangle(0, 0, 0, 160, 110), lambda x, y, z: 2 * z)
+        d.add(o.addRectangle(62, 43, 0, 36, 24), lambda x, y, z: 2 * z)
+        d.add(o.addRectangle(62 - r, 43 - r, 0, 36 + 2 * r, 24 + 2 * r, -1, r), lambda x, y, z: 2 * z)
+        def lift(p):
+            out = np.maximum(np.abs(p[:, :2] - [80, 55]) - [18, 12], 0)
+            return np.c_[p[:, :2], 1.5 + np.minimum(np.linalg.norm(out, axis=1), r) ** 2 / 6]
+    elif name == "rib_tapered":
+        c = math.cos(math.atan(1 / 20))
+        ribs(d, 60, 40, 3, 3.0, 20, lambda x, y, z: (4 - 0.1 * (z - 3)) * c)
+    elif name == "bspline_shell":
+        d.rect((-30, 0, 0), (60, 0, 0), (0, 30, 0), 3.0)
+        lift = lambda p: np.c_[p[:, :2], p[:, 0] ** 2 / 80]
+    elif name == "bspline_bowl":
+        d.spin([d.line((6, 0, 0), (18, 0, 0))], math.radians(150), 3.0)
+        lift = lambda p: np.c_[p[:, :2], (p[:, 0] ** 2 + p[:, 1] ** 2) / 40]
+    elif name == "two_thickness":
+        ribs(d, 80, 60, 6, 6.0, 25, 1.0)
+    else:
+        raise SystemExit(f"no ideal mesh for {name}")
+    return lift, drop
+
+
+def build(name, size, curvature):
+    """points, triangles, sheet number a triangle, thickness at its corners"""
+    gmsh.initialize(["gmsh", "-nopopup"], interruptible=False)
+    gmsh.option.setNumber("General.Terminal", 0)
+    d = Draft()
+    lift, drop = draw(name, d)
+    d.cut(drop)
+    for key, value in (("MeshSizeMax", size), ("MeshSizeFromCurvature", curvature or 0), ("Algorithm", 6), ("RandomSeed", 1)):
+        gmsh.option.setNumber("Mesh." + key, value)
+    gmsh.model.mesh.generate(2)
+    gmsh.model.mesh.removeDuplicateNodes()
+    tags, xyz, _ = gmsh.model.mesh.getNodes()
+    row = np.full(int(tags.max()) + 1, -1)
+    row[tags.astype(int)] = np.arange(len(tags))
+    X = xyz.reshape(-1, 3)
+    X = lift(X) if lift else X
+    T, sheet, thick = [], [], []
+    for k, (tag, t) in enumerate(sorted(d.parts, key=lambda part: part[0])):
+        _, _, nodes = gmsh.model.mesh.getElements(2, tag)
+        tri = row[np.concatenate(nodes).astype(int)].reshape(-1, 3)
+        p = X[tri]
+        T.append(tri)
+        sheet.append(np.full(len(tri), k))
+        thick.append(t(p[..., 0], p[..., 1], p[..., 2]) if callable(t) else np.full(tri.shape, t))
+    gmsh.finalize()
+    T, sheet, thick = _agree(X, np.vstack(T), np.concatenate(sheet), np.vstack(thick))
+    used = np.unique(T)
+    new = np.full(len(X), -1)
+    new[used] = np.arange(len(used))
+    return X[used], new[T], sheet, thick
+
+
+def _agree(X, T, sheet, thick):
+    """triangles turned so that smooth neighbours agree, and sheets numbered by smooth connection"""
+    from measure_mesh import CREASE_DEG
+    ends = np.sort(np.vstack([T[:, [0, 1]], T[:, [1, 2]], T[:, [2, 0]]]), axis=1)
+    owner = np.tile(np.arange(len(T)), 3)
+    n = np.cross(X[T[:, 1]] - X[T[:, 0]], X[T[:, 2]] - X[T[:, 0]])
+    n /= np.linalg.norm(n, axis=1)[:, None]
+    at = {}
+    for e, k in zip(map(tuple, ends), owner):
+        at.setdefault(e, []).append(k)
+    links = [[] for _ in T]
+    for pair in at.values():
+        if len(pair) == 2 and abs(n[pair[0]] @ n[pair[1]]) > math.cos(math.radians(CREASE_DEG)):
+            links[pair[0]].append(pair[1])
+            links[pair[1]].append(pair[0])
+    T, thick, number = T.copy(), thick.copy(), np.full(len(T), -1)
+    next_number = 0
+    for seed in range(len(T)):
+        if number[seed] >= 0:
+            continue
+        number[seed], todo = next_number, [seed]
+        while todo:
+            a = todo.pop()
+            for b in links[a]:
+                if number[b] < 0:
+                    number[b] = next_number
+                    if n[a] @ n[b] < 0:
+                        n[b] = -n[b]
+                        T[b], thick[b] = T[b][::-1], thick[b][::-1]
+                    todo.append(b)
+        next_number += 1
+    return T, number, thick
+
+
+def plant(X, T, sheet, thick, defect):
+    """the mesh with one defect"""
+    X, T, sheet, thick = X.copy(), T.copy(), sheet.copy(), thick.copy()
+    centre = X[T].mean(axis=1)
+    edge_use = {}
+    for t in T:
+        for i in range(3):
+            e = tuple(sorted((t[i], t[(i + 1) % 3])))
+            edge_use[e] = edge_use.get(e, 0) + 1
+    border = {v for e, n in edge_use.items() if n != 2 for v in e}
+    inner = next(k for k in np.argsort(np.linalg.norm(centre - centre[sheet == 0].mean(axis=0), axis=1))
+                 if not border & set(T[k]) and sheet[k] == 0)
+    normal = np.cross(X[T[inner, 1]] - X[T[inner, 0]], X[T[inner, 2]] - X[T[inner, 0]])
+    normal /= np.linalg.norm(normal)
+    if defect == "shift":
+        X = X + 0.1 * thick[inner, 0] * normal
+    elif defect == "hole":
+        T, sheet, thick = (np.delete(a, inner, axis=0) for a in (T, sheet, thick))
+    elif defect == "half":
+        keep = centre[:, 0] < np.median(centre[:, 0])
+        T, sheet, thick = T[keep], sheet[keep], thick[keep]
+    elif defect == "thick":
+        thick = 1.1 * thick
+    elif defect in ("seam", "torn"):
+        part = sheet if defect == "torn" else (centre[:, 0] < np.median(centre[:, 0])).astype(int)
+        key, new = np.unique(np.c_[np.repeat(part, 3), T.ravel()], axis=0, return_inverse=True)
+        X, T = X[key[:, 1]], new.reshape(-1, 3)
+    elif defect == "flip":
+        T[inner] = T[inner][::-1]
+    elif defect == "needle":
+        a, b = T[inner, 0], T[inner, 1]
+        X[a] = X[b] + 0.05 * (X[a] - X[b])
+    elif defect == "crease":
+        X[T[inner, 0]] += 3 * math.sqrt(np.linalg.norm(X[T[inner, 1]] - X[T[inner, 0]]) ** 2) * normal
+    elif defect == "wide":
+        X[:, 0] = 1.2 * (X[:, 0] - X[:, 0].mean()) + X[:, 0].mean()
+    elif defect == "label":
+        sheet = (centre[:, 0] < np.median(centre[:, 0])).astype(int)
+    else:
+        raise SystemExit(f"no defect {defect}")
+    return X, T, sheet, thick
+
+
+def main():
+    a = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    a.add_argument("name")
+    a.add_argument("out")
+    a.add_argument("--size", type=float, required=True)
+    a.add_argument("--size-curvature", type=float)
+    a.add_argument("--plant")
+    a = a.parse_args()
+    X, T, sheet, thick = build(a.name, a.size, a.size_curvature)
+    if a.plant:
+        X, T, sheet, thick = plant(X, T, sheet, thick, a.plant)
+    total, n = np.zeros(len(X)), np.zeros(len(X))
+    np.add.at(total, T, thick)
+    np.add.at(n, T, 1)
+    measure_vtu.write(a.out, X, list(T), {"thickness": total / np.maximum(n, 1)}, {"thickness": thick.mean(axis=1), "sheet": sheet})
+
+
+if __name__ == "__main__":
+    main()
