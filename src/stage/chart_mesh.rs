@@ -219,7 +219,9 @@ fn check_turns(
         let [a, b, c] = t.map(|k| positions[k as usize]);
         let normal = (b - a).cross(c - a);
         let [u, v, w] = t.map(|k| points[k as usize].place);
-        let old = surface.locate((u + v + w) / 3.0).map(|s| surface.normal(&s));
+        let old = surface
+            .locate((u + v + w) / 3.0)
+            .map(|s| surface.normal(&s));
         let forward = old.is_none_or(|n| n.dot(normal) > 0.0);
         if !(forward && normal.is_finite() && normal.length() > 0.0) {
             return Err(MeshError::Inverted(i as u32));

@@ -16,8 +16,6 @@ pub mod remesh;
 pub mod role;
 pub mod shell;
 pub mod widen;
-//! Filled by the modules below.
-
 
 #[cfg(test)]
 pub(crate) mod test_shapes;

@@ -94,7 +94,9 @@ impl Front<'_> {
         let along = self.surface.push(spot.triangle, q - p);
         let length = along.length();
         let wanted = graded((self.size)(self.surface.lift(&spot)), length);
-        let height = (wanted * wanted - length * length / 4.0).max(length * length / 4.0).sqrt();
+        let height = (wanted * wanted - length * length / 4.0)
+            .max(length * length / 4.0)
+            .sqrt();
         let up = self.surface.flat_normal(spot.triangle).cross(along) / length;
         let step = self.surface.pull(spot.triangle, up * height);
         self.propose(middle + step, length, along, queue);
@@ -150,7 +152,11 @@ impl Front<'_> {
             let (a, b) = (to(e[0]), to(e[1]));
             a.dot(b) < -1e-9 * a.length() * b.length()
         };
-        if self.edge_grid.near(place, 0.51 * self.longest).any(sees_obtusely) {
+        if self
+            .edge_grid
+            .near(place, 0.51 * self.longest)
+            .any(sees_obtusely)
+        {
             return;
         }
         let id = self.points.len() as u32;

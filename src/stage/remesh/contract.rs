@@ -72,7 +72,12 @@ pub(super) fn contract_short(job: &mut Job, bounds: Bounds) {
     }
 }
 
-fn entry(job: &Job, a: NodeId, b: NodeId, bounds: Bounds) -> Option<Reverse<(u64, NodeId, NodeId)>> {
+fn entry(
+    job: &Job,
+    a: NodeId,
+    b: NodeId,
+    bounds: Bounds,
+) -> Option<Reverse<(u64, NodeId, NodeId)>> {
     let ratio = job.ratio(a, b);
     (ratio < bounds.shorter_than).then(|| Reverse((key(ratio), a, b)))
 }

@@ -189,11 +189,7 @@ pub fn clean(
     job.surface.finish()
 }
 
-fn start<'a>(
-    complex: MidComplex,
-    placer: &'a dyn Placer,
-    options: &'a RemeshOptions,
-) -> Job<'a> {
+fn start<'a>(complex: MidComplex, placer: &'a dyn Placer, options: &'a RemeshOptions) -> Job<'a> {
     Job {
         surface: Surface::new(complex),
         guides: Guides::default(),

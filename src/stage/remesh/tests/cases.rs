@@ -41,7 +41,9 @@ pub fn book(angles: &[f64], cells: usize) -> (MidComplex, Forms) {
         thickness: 0.5,
     };
     for &a in angles {
-        forms.faces.push(Form::Plane(direction(a) * 4.0, direction(a)));
+        forms
+            .faces
+            .push(Form::Plane(direction(a) * 4.0, direction(a)));
     }
     let mut b = Builder::default();
     for (i, &a) in angles.iter().enumerate() {

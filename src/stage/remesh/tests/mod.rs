@@ -11,7 +11,13 @@ use forms::{Forms, area, assert_good, quality, roughen};
 use glam::DVec3;
 
 fn at_size(complex: &MidComplex, forms: &Forms, size: f64) -> MidComplex {
-    remesh(complex.clone(), &|_, _| size, forms, &RemeshOptions::default()).0
+    remesh(
+        complex.clone(),
+        &|_, _| size,
+        forms,
+        &RemeshOptions::default(),
+    )
+    .0
 }
 
 /// Whether edge lengths are as asked for, on the mean.
@@ -22,7 +28,10 @@ fn assert_size(c: &MidComplex, size: f64) {
         .map(|e| c.nodes[e.ends[0]].point.distance(c.nodes[e.ends[1]].point))
         .sum::<f64>()
         / edges.len() as f64;
-    assert!(mean > 0.8 * size && mean < 1.2 * size, "mean {mean}, wanted {size}");
+    assert!(
+        mean > 0.8 * size && mean < 1.2 * size,
+        "mean {mean}, wanted {size}"
+    );
 }
 
 fn has_node_at(c: &MidComplex, p: DVec3) -> bool {
@@ -38,7 +47,12 @@ fn plates_finer_and_coarser_than_asked() {
             assert_good(&c, &out, &forms);
             assert_size(&out, size);
             assert!((area(&out) - 60.0).abs() < 1e-6);
-            for p in [v(0.0, 0.0, 0.0), v(10.0, 0.0, 0.0), v(10.0, 6.0, 0.0), v(0.0, 6.0, 0.0)] {
+            for p in [
+                v(0.0, 0.0, 0.0),
+                v(10.0, 0.0, 0.0),
+                v(10.0, 6.0, 0.0),
+                v(0.0, 6.0, 0.0),
+            ] {
                 assert!(has_node_at(&out, p));
             }
         }
@@ -132,7 +146,8 @@ fn one_thread_and_four_give_the_same() {
     let raw = roughen(c, &forms, 2000, 0.05);
     let run = |threads| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
-        pool.unwrap().install(|| at_size(&clean(raw.clone(), &|_, _| 0.1, &forms), &forms, 0.5))
+        pool.unwrap()
+            .install(|| at_size(&clean(raw.clone(), &|_, _| 0.1, &forms), &forms, 0.5))
     };
     assert_eq!(run(1), run(4));
 }
@@ -141,7 +156,9 @@ fn one_thread_and_four_give_the_same() {
 fn the_checks_of_these_tests_fail_on_planted_defects() {
     let (c, forms) = plate(10, 6);
     let mut turned = c.clone();
-    turned.triangles[crate::model::ids::TriangleId(5)].nodes.swap(0, 1);
+    turned.triangles[crate::model::ids::TriangleId(5)]
+        .nodes
+        .swap(0, 1);
     assert_eq!(quality(&turned, &forms).flipped, 1);
     let mut torn = c.clone();
     let mut triangles = torn.triangles.into_vec();
