@@ -14,16 +14,21 @@ fn deck(mesh: &ShellMesh, material: Material) -> String {
     String::from_utf8(render(Format::Calculix, mesh, &options).unwrap()).unwrap()
 }
 
-/// Tip deflection over that of a beam, F L^3 / (3 E I), for a plate of 100 x 20 x 1 mm clamped at one short edge, with a line load on the other.
-fn deflection_ratio(cells: [u32; 2], triangles: bool) -> f64 {
-    let [length, width, thickness] = [100.0, 20.0, 1.0];
-    let mesh = plate([length, width], cells, thickness, triangles);
-    let material = Material {
-        // Without lateral contraction a plate bends as a beam does.
+/// The plates: length, width, mm.
+const SIZE: [f64; 2] = [100.0, 20.0];
+
+/// Without lateral contraction a plate bends as a beam does.
+fn no_contraction() -> Material {
+    Material {
         poisson: 0.0,
         ..Material::default()
-    };
-    let mut text = deck(&mesh, material);
+    }
+}
+
+/// Deflection of the tip, mm, of a plate clamped at one short edge under a line load of 1 N in all on the other.
+fn deflection(cells: [u32; 2], thickness: impl Fn(f64) -> f64, triangles: bool) -> f64 {
+    let mesh = plate(SIZE, cells, thickness, triangles);
+    let mut text = deck(&mesh, no_contraction());
     let row = cells[1] + 1;
     let nodes = |first: u32| (first..first + row).map(|n| (n + 1).to_string());
     let (clamped, tip) = (nodes(0), nodes(cells[0] * row));
@@ -48,9 +53,14 @@ fn deflection_ratio(cells: [u32; 2], triangles: bool) -> f64 {
     text += "*NODE PRINT, NSET=TIP\nU\n*END STEP\n";
     let rows = table(&calculix(text.as_bytes()), "displacements");
     assert_eq!(rows.len(), row as usize);
-    let deflection = rows.iter().map(|row| row[3]).sum::<f64>() / rows.len() as f64;
-    let inertia = width * thickness * thickness * thickness / 12.0;
-    deflection / (length * length * length / (3.0 * material.young_mpa * inertia))
+    rows.iter().map(|row| row[3]).sum::<f64>() / rows.len() as f64
+}
+
+/// Tip deflection of a plate 1 mm thick over that of a beam, F L^3 / (3 E I).
+fn deflection_ratio(cells: [u32; 2], triangles: bool) -> f64 {
+    let inertia = SIZE[1] / 12.0;
+    let beam = SIZE[0].powi(3) / (3.0 * no_contraction().young_mpa * inertia);
+    deflection(cells, |_| 1.0, triangles) / beam
 }
 
 #[test]
@@ -58,6 +68,18 @@ fn a_plate_of_quads_bends_as_theory_says() {
     if has_calculix() {
         let ratio = deflection_ratio([20, 4], false);
         println!("quads: {ratio}");
+        assert!((ratio - 1.0).abs() < 0.01, "deflection / theory = {ratio}");
+    }
+}
+
+/// From 2 mm at the clamp to 1 mm at the tip: the integral of 12 F (L - x)^2 / (E b t^3) over the length.
+#[test]
+fn a_tapered_plate_bends_as_theory_says() {
+    if has_calculix() {
+        let integral = 2_f64.ln() - 0.625;
+        let beam = 12.0 * SIZE[0].powi(3) * integral / (no_contraction().young_mpa * SIZE[1]);
+        let ratio = deflection([20, 4], |x| 2.0 - x / SIZE[0], false) / beam;
+        println!("tapered: {ratio}");
         assert!((ratio - 1.0).abs() < 0.01, "deflection / theory = {ratio}");
     }
 }

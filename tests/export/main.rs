@@ -1,5 +1,8 @@
 //! What is written is read by other people's programs: meshio, Gmsh and pyNastran tell what they see, CalculiX solves.
 
+// Clippy's allowance for tests does not reach the functions that tests share.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+
 mod calculix;
 mod meshes;
 mod seen;

@@ -31,9 +31,9 @@ pub fn build(nodes: &[[f64; 3]], sketches: &[Sketch<'_>]) -> ShellMesh {
                 .push(sheet);
         }
         elements.push(Element {
-            corners: match ids.as_slice() {
-                &[a, b, c] => Corners::Triangle([a, b, c]),
-                &[a, b, c, d] => Corners::Quad([a, b, c, d]),
+            corners: match *ids.as_slice() {
+                [a, b, c] => Corners::Triangle([a, b, c]),
+                [a, b, c, d] => Corners::Quad([a, b, c, d]),
                 _ => unreachable!("three or four corners"),
             },
             sheet: SheetId(sheet),
@@ -157,8 +157,13 @@ pub fn all() -> Vec<(&'static str, ShellMesh)> {
     ]
 }
 
-/// A plate of `along` by `across` cells between (0, 0) and (`length`, `width`), quads or crossed pairs of triangles; node `i * (across + 1) + j` is the `j`-th across.
-pub fn plate(size: [f64; 2], cells: [u32; 2], thickness: f64, triangles: bool) -> ShellMesh {
+/// A plate of `cells` between (0, 0) and `size`, quads or pairs of triangles, with a thickness that depends on x; node `i * (cells[1] + 1) + j` is the `j`-th across.
+pub fn plate(
+    size: [f64; 2],
+    cells: [u32; 2],
+    thickness: impl Fn(f64) -> f64,
+    triangles: bool,
+) -> ShellMesh {
     let [along, across] = cells;
     let mut nodes = Vec::new();
     for i in 0..=along {
@@ -183,10 +188,15 @@ pub fn plate(size: [f64; 2], cells: [u32; 2], thickness: f64, triangles: bool) -
             }
         }
     }
-    let values = [thickness; 4];
+    let at_node = |n: &u32| thickness(nodes[*n as usize][0]);
+    let values: Vec<Vec<f64>> = corners
+        .iter()
+        .map(|c| c.iter().map(at_node).collect())
+        .collect();
     let sketches: Vec<Sketch<'_>> = corners
         .iter()
-        .map(|c| (c.as_slice(), 0, &values[..c.len()]))
+        .zip(&values)
+        .map(|(c, v)| (c.as_slice(), 0, v.as_slice()))
         .collect();
     build(&nodes, &sketches)
 }
