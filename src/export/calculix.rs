@@ -14,7 +14,7 @@ use super::ExportOptions;
 use super::cells::cells;
 use super::checked::sheet_name;
 use super::deck::Deck;
-use super::sections::{clashing_groups, plan};
+use super::sections::{by_sheet, clashing_groups, plan};
 use super::sets::sets;
 use crate::model::ids::Id;
 use crate::model::shell::ShellMesh;
@@ -30,30 +30,30 @@ pub(super) fn render(mesh: &ShellMesh, options: &ExportOptions<'_>) -> Vec<u8> {
             "** {triangles} elements are S3, which CalculiX makes much too stiff in bending where they are longer than the thickness."
         ));
     }
-    for sheet in mesh.sheets.ids() {
-        let of_sheet = || {
-            let cells = cells.iter().zip(&plan.clashing);
-            cells.filter(move |(cell, _)| mesh.elements[cell.element].sheet == sheet)
-        };
+    for (sheet, places) in mesh.sheets.ids().zip(by_sheet(mesh, &cells)) {
         let name = sheet_name(sheet);
-        let nodal: Vec<usize> = of_sheet()
-            .filter(|(_, clashing)| !**clashing)
-            .map(|(cell, _)| cell.number)
+        let served: Vec<usize> = places
+            .iter()
+            .filter(|&&place| !plan.clashing[place])
+            .map(|&place| cells[place].number)
             .collect();
-        if nodal.is_empty() {
+        if served.is_empty() {
             continue;
         }
         if let Some(thickness) = plan.constant[sheet.index()] {
             deck.section(&name, "", thickness);
             continue;
         }
-        let sum: f64 = of_sheet().map(|(cell, _)| cell.mean_thickness()).sum();
-        let mean = sum / of_sheet().count() as f64;
-        if nodal.len() == of_sheet().count() {
+        let sum: f64 = places
+            .iter()
+            .map(|&place| cells[place].mean_thickness())
+            .sum();
+        let mean = sum / places.len() as f64;
+        if served.len() == places.len() {
             deck.section(&name, ", NODAL THICKNESS", mean);
         } else {
             let part = format!("{name}_NODAL");
-            deck.element_set(&part, &nodal);
+            deck.element_set(&part, &served);
             deck.section(&part, ", NODAL THICKNESS", mean);
         }
     }

@@ -67,6 +67,15 @@ pub(super) fn plan(mesh: &ShellMesh, cells: &[Cell]) -> Plan {
     }
 }
 
+/// For each sheet its cells, by their places in `cells`.
+pub(super) fn by_sheet(mesh: &ShellMesh, cells: &[Cell]) -> Vec<Vec<usize>> {
+    let mut places = vec![Vec::new(); mesh.sheets.len()];
+    for (place, cell) in cells.iter().enumerate() {
+        places[mesh.elements[cell.element].sheet.index()].push(place);
+    }
+    places
+}
+
 /// The constant thickness of each sheet that has one. Sheets are gathered, thinnest first, as long as all of them stay within [`CONSTANT`].
 fn constants(mesh: &ShellMesh) -> Vec<Option<f64>> {
     let mut ranges = vec![(f64::INFINITY, 0.0_f64); mesh.sheets.len()];

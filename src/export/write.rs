@@ -279,6 +279,7 @@ mod tests {
         );
     }
 
+    #[cfg(target_os = "linux")]
     #[test]
     fn a_full_disk_leaves_everything_as_it_was() {
         let folder = tempfile::tempdir().unwrap();
@@ -354,6 +355,7 @@ mod tests {
         );
     }
 
+    #[cfg(unix)]
     #[test]
     fn a_device_is_not_replaced() {
         let result = write_all(&[output(PathBuf::from("/dev/null"), "x")]);
