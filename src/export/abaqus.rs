@@ -11,7 +11,7 @@ use super::ExportOptions;
 use super::cells::{Cell, cells};
 use super::checked::sheet_name;
 use super::deck::{Deck, real};
-use super::sections::{Plan, plan};
+use super::sections::{Plan, by_sheet, plan};
 use super::sets::sets;
 use crate::model::ids::Id;
 use crate::model::shell::ShellMesh;
@@ -25,15 +25,11 @@ pub(super) fn render(mesh: &ShellMesh, options: &ExportOptions<'_>) -> Vec<u8> {
         deck.line("*DISTRIBUTION TABLE, NAME=THICKNESS_TABLE");
         deck.line("LENGTH");
     }
-    for sheet in mesh.sheets.ids() {
-        let (of_sheet, clashing): (Vec<&Cell>, Vec<bool>) = cells
-            .iter()
-            .zip(plan.clashing.iter().copied())
-            .filter(|(cell, _)| mesh.elements[cell.element].sheet == sheet)
-            .unzip();
-        if !of_sheet.is_empty() {
+    for (sheet, places) in mesh.sheets.ids().zip(by_sheet(mesh, &cells)) {
+        if !places.is_empty() {
+            let of_sheet: Vec<&Cell> = places.iter().map(|&place| &cells[place]).collect();
             let constant = plan.constant[sheet.index()];
-            let clashes = clashing.contains(&true);
+            let clashes = places.iter().any(|&place| plan.clashing[place]);
             section(&mut deck, &sheet_name(sheet), &of_sheet, constant, clashes);
         }
     }

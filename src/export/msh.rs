@@ -3,8 +3,8 @@
 //! Each sheet is a surface entity with its physical group `SHEET_n`; rims, junctions and creases are curve entities with line elements and the physical groups
 //! `RIM`, `JUNCTION`, `CREASE`. Thickness comes three times, as `$NodeData`, `$ElementData` and, exact at junctions, `$ElementNodeData`.
 //!
-//! Elements keep their numbers; lines are numbered after them. Line elements carry the mean thickness of their ends in `$ElementData`, and the data follow
-//! the order of `$Elements`, because meshio takes one value an element in file order and ignores the numbers.
+//! Nodes and elements keep their numbers; lines are numbered after the elements. Data sections follow the order of `$Nodes` and `$Elements`, and lines carry the mean thickness
+//! of their ends, because meshio takes one value for each in file order and ignores the numbers.
 //!
 //! Limits: an element belongs to one physical group (several readers take only the first), so solids and source faces are not groups here; the decks and VTU have them.
 //!
@@ -121,7 +121,7 @@ fn write_file(out: &mut String, mesh: &ShellMesh, entities: &[Entity]) -> std::f
     write_entities(out, mesh, entities)?;
     write_nodes(out, mesh, entities)?;
     write_elements(out, entities)?;
-    write_node_data(out, mesh)?;
+    write_node_data(out, mesh, entities)?;
     write_element_data(out, mesh, entities)?;
     write_element_node_data(out, mesh)
 }
@@ -194,10 +194,11 @@ fn write_tags(out: &mut String, section: &str, count: usize) -> std::fmt::Result
     writeln!(out, "${section}\n1\n\"thickness\"\n1\n0\n3\n0\n1\n{count}")
 }
 
-fn write_node_data(out: &mut String, mesh: &ShellMesh) -> std::fmt::Result {
+fn write_node_data(out: &mut String, mesh: &ShellMesh, entities: &[Entity]) -> std::fmt::Result {
     write_tags(out, "NodeData", mesh.nodes.len())?;
-    for (node, &thickness) in mesh.node_thickness.enumerated() {
-        writeln!(out, "{} {}", number_of(node), shortest(thickness))?;
+    for &node in entities.iter().flat_map(|e| &e.nodes) {
+        let thickness = shortest(mesh.node_thickness[node]);
+        writeln!(out, "{} {thickness}", number_of(node))?;
     }
     writeln!(out, "$EndNodeData")
 }

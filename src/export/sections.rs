@@ -22,7 +22,7 @@ const CLASH: f64 = 1e-2;
 pub(super) struct Plan {
     /// For each sheet its constant thickness, mm; `None` where it varies, or has no element.
     pub constant: Vec<Option<f64>>,
-    /// Node numbers and thickness, mm, of the corners of varying sheets, ascending.
+    /// Node numbers and thickness, mm, of the corners of those cells that nodal thickness serves, ascending.
     pub nodal: Vec<(usize, f64)>,
     /// For each cell whether it is of a varying sheet and nodal thickness would be wrong at a corner.
     pub clashing: Vec<bool>,
@@ -47,17 +47,33 @@ pub(super) fn plan(mesh: &ShellMesh, cells: &[Cell]) -> Plan {
         };
         varies(cell) && cell.corners.iter().zip(&cell.thickness).any(wrong)
     });
-    let clashing = clashing.collect();
-    let nodal = mesh.nodes.ids().map(|node| (node, sums[node.index()]));
+    let clashing: Vec<bool> = clashing.collect();
+    let mut served = vec![false; mesh.nodes.len()];
+    for (cell, clashing) in cells.iter().zip(&clashing) {
+        if varies(cell) && !clashing {
+            for node in &cell.corners {
+                served[node.index()] = true;
+            }
+        }
+    }
+    let nodal = mesh.nodes.ids().filter(|node| served[node.index()]);
     let nodal = nodal
-        .filter(|(_, (_, count))| *count > 0)
-        .map(|(node, sum)| (number_of(node), mean(sum)))
+        .map(|node| (number_of(node), mean(sums[node.index()])))
         .collect();
     Plan {
         constant,
         nodal,
         clashing,
     }
+}
+
+/// For each sheet its cells, by their places in `cells`.
+pub(super) fn by_sheet(mesh: &ShellMesh, cells: &[Cell]) -> Vec<Vec<usize>> {
+    let mut places = vec![Vec::new(); mesh.sheets.len()];
+    for (place, cell) in cells.iter().enumerate() {
+        places[mesh.elements[cell.element].sheet.index()].push(place);
+    }
+    places
 }
 
 /// The constant thickness of each sheet that has one. Sheets are gathered, thinnest first, as long as all of them stay within [`CONSTANT`].
@@ -168,6 +184,7 @@ mod tests {
     fn varying_sheets_of_different_thickness_clash() {
         let plan = stacked(&[[1.0, 2.0, 2.0, 1.0], [3.0, 4.0, 4.0, 3.0]]);
         assert_eq!(plan.clashing, [true, true]);
+        assert!(plan.nodal.is_empty());
         let alike = stacked(&[[1.0, 2.0, 2.0, 1.0], [1.01, 2.02, 2.02, 1.01]]);
         assert_eq!(alike.clashing, [false, false]);
     }

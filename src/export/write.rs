@@ -285,6 +285,7 @@ mod tests {
         );
     }
 
+    #[cfg(target_os = "linux")]
     #[test]
     fn a_full_disk_leaves_everything_as_it_was() {
         let folder = tempfile::tempdir().unwrap();
@@ -360,6 +361,7 @@ mod tests {
         );
     }
 
+    #[cfg(unix)]
     #[test]
     fn a_probe_refuses_what_cannot_be_written_and_leaves_nothing() {
         let folder = tempfile::tempdir().unwrap();
