@@ -311,6 +311,12 @@ pub struct Doubt {
     pub limit: f64,
 }
 
+impl std::fmt::Display for Doubt {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{}: {} ({:.4}, limit {:.4})", self.rule.code(), self.rule.meaning(), self.value, self.limit)
+    }
+}
+
 impl Serialize for Doubt {
     fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         #[derive(Serialize)]

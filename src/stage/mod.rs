@@ -15,6 +15,7 @@ pub mod quality;
 pub mod remesh;
 pub mod role;
 pub mod shell;
+pub mod size;
 pub mod widen;
 
 #[cfg(test)]

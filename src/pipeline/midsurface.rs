@@ -1,0 +1,135 @@
+//! From a filled solid to its placed mid-complex: several protections are tried, and the one that is right and covers most wall is kept.
+//!
+//! The topology certificate costs nothing, so the choice of what counts as a wall need not be made beforehand.
+
+use super::clock::Clock;
+use super::error::PipelineError;
+use crate::import::Piece;
+use crate::medial::Medial;
+use crate::model::brep::Brep;
+use crate::model::complex::MidComplex;
+use crate::model::decomposition::{FaceRoles, Grade, Passage};
+use crate::model::ids::{IndexVec, TetEdgeId};
+use crate::model::sighting::Sighting;
+use crate::model::tet_graph::TetGraph;
+use crate::model::walls::{Aag, Pairing};
+use crate::stage::assess::{Assessment, assess};
+use crate::stage::pair::PairOptions;
+use crate::stage::{adjacency, collapse, decompose, extract, pair, role, widen};
+
+/// Least widths of a wall that are tried, in thicknesses, the literature's first.
+const WIDTHS: [f64; 3] = [1.0, 0.5, 0.25];
+/// A complex this good is taken without trying further: what is left is a sample or two at the rims.
+const GOOD_ENOUGH: f64 = 0.985;
+/// Rounds of widening bars; one is nearly always enough, since every bar is widened at once.
+const ROUNDS: usize = 10;
+
+/// The mid-surface of one solid, with what it was read from.
+#[derive(Clone, Debug)]
+pub struct MidSurface {
+    /// Adjacency of the faces.
+    pub aag: Aag,
+    /// Pairs and walls.
+    pub pairing: Pairing,
+    /// Roles of the faces.
+    pub roles: FaceRoles,
+    /// The placed complex.
+    pub complex: MidComplex,
+    /// How well it stands for the solid.
+    pub assessment: Assessment,
+    /// Euler characteristic that it must have: half of the boundary's.
+    pub euler: f64,
+    /// The wall width that was asked for.
+    pub least_width: f64,
+}
+
+struct Source<'a> {
+    brep: &'a Brep,
+    graph: TetGraph,
+    aag: Aag,
+    sightings: Vec<Sighting>,
+    euler: f64,
+}
+
+/// Finds the mid-surface.
+pub(super) fn mid_surface(piece: &Piece, clock: &mut Clock<'_>) -> Result<MidSurface, PipelineError> {
+    let brep = &piece.brep;
+    let aag = clock.time("adjacency", || adjacency::adjacency(brep));
+    let sightings = clock.time("pair", || pair::sight(brep));
+    let graph = clock.time("decompose", || TetGraph::new(&piece.tets));
+    let euler = euler_of_boundary(brep) as f64 / 2.0;
+    let source = Source { brep, graph, aag, sightings, euler };
+    let mut best: Option<MidSurface> = None;
+    for least_width in WIDTHS {
+        let Some(found) = candidate(&source, least_width, clock)? else { continue };
+        if best.as_ref().is_none_or(|b| rank(&found) > rank(b)) {
+            best = Some(found);
+        }
+        if best.as_ref().is_some_and(|b| rank(b) > (true, GOOD_ENOUGH)) {
+            break;
+        }
+    }
+    best.ok_or(PipelineError::NoThinWall { solid: brep.solid_tag, faces: brep.faces.len() })
+}
+
+/// Right topology first, then the score.
+fn rank(found: &MidSurface) -> (bool, f64) {
+    let right = found.complex.euler() as f64 == found.euler && found.complex.pieces() == 1;
+    (right, found.assessment.score())
+}
+
+fn candidate(source: &Source<'_>, least_width: f64, clock: &mut Clock<'_>) -> Result<Option<MidSurface>, PipelineError> {
+    let Source { brep, graph, aag, sightings, euler } = source;
+    let options = PairOptions { least_width, ..PairOptions::default() };
+    let pairing = clock.time("pair", || pair::pair(brep, aag, sightings, &options));
+    if pairing.pairs.is_empty() {
+        return Ok(None);
+    }
+    fault("pair", pairing.check().first())?;
+    let roles = clock.time("role", || role::roles(aag, &pairing));
+    let decomposition = clock.time("decompose", || decompose::decompose(brep, graph, &pairing, &roles));
+    let collapsed = clock.time("collapse", || {
+        let grade: IndexVec<TetEdgeId, Grade> = decomposition.passage.iter().map(|&p| p as Grade).collect();
+        let mut protected: IndexVec<TetEdgeId, bool> = decomposition.passage.iter().map(|&p| p != Passage::Along).collect();
+        let mut collapsed = collapse::collapse(graph, brep.vertices.len(), &protected, &grade);
+        for _ in 0..ROUNDS {
+            let more = widen::widen(graph, &collapsed, &grade);
+            if more.is_empty() {
+                break;
+            }
+            for e in more {
+                protected[e] = true;
+            }
+            collapsed = collapse::collapse(graph, brep.vertices.len(), &protected, &grade);
+        }
+        collapsed
+    });
+    let medial = clock.time("midpoint", || Medial::new(brep, aag, &pairing));
+    let complex = clock.time("midpoint", || {
+        let (walls, _) = extract::cell_walls(brep, graph, &pairing, &decomposition, &collapsed.cells, &medial);
+        extract::extract(brep, graph, &pairing, &walls, &medial)
+    });
+    if complex.triangles.is_empty() {
+        return Ok(None);
+    }
+    fault("midpoint", complex.check().first())?;
+    let assessment = clock.time("assess", || assess(brep, sightings, &complex));
+    let (aag, euler) = (aag.clone(), *euler);
+    Ok(Some(MidSurface { aag, pairing, roles, complex, assessment, euler, least_width }))
+}
+
+fn fault<F: ToString>(stage: &'static str, first: Option<F>) -> Result<(), PipelineError> {
+    match first {
+        None => Ok(()),
+        Some(f) => Err(PipelineError::Internal { stage, what: f.to_string() }),
+    }
+}
+
+/// V - E + F of the boundary facets.
+fn euler_of_boundary(brep: &Brep) -> i64 {
+    let mut vertices: Vec<_> = brep.facets.iter().flat_map(|f| f.corners).collect();
+    vertices.sort_unstable();
+    vertices.dedup();
+    // Closed: every side is shared by two facets.
+    vertices.len() as i64 - (brep.facets.len() * 3 / 2) as i64 + brep.facets.len() as i64
+}

@@ -1,0 +1,90 @@
+//! What a run says of its own result.
+
+use super::midsurface::MidSurface;
+use crate::model::brep::Brep;
+use crate::model::report::{AuditReport, QualityReport};
+use crate::model::shell::ShellMesh;
+use crate::model::walls::ThicknessPeak;
+use serde::Serialize;
+use std::fmt;
+use std::path::PathBuf;
+
+/// One solid of the part.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct SolidReport {
+    /// Its number in the file.
+    pub tag: i32,
+    /// How many faces bound it.
+    pub faces: usize,
+    /// How many walls were found.
+    pub walls: usize,
+    /// How many sheets its mid-surface has.
+    pub sheets: usize,
+    /// The thicknesses that it is made of, greatest share first.
+    pub peaks: Vec<ThicknessPeak>,
+    /// Edge length wanted on its flat walls, mm.
+    pub size: f64,
+    /// Least width of a wall, in thicknesses, that the chosen mid-surface was found with.
+    pub least_width: f64,
+}
+
+impl SolidReport {
+    pub(super) fn new(brep: &Brep, found: &MidSurface, size: f64, mesh: &ShellMesh) -> Self {
+        Self {
+            tag: brep.solid_tag,
+            faces: brep.faces.len(),
+            walls: found.pairing.walls.len(),
+            sheets: mesh.sheets.len(),
+            peaks: found.pairing.peaks.clone(),
+            size,
+            least_width: found.least_width,
+        }
+    }
+}
+
+/// What a run says of its own result.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct RunReport {
+    /// The file that was read.
+    pub input: PathBuf,
+    /// Version of the gmsh that read it.
+    pub gmsh_version: String,
+    /// What import tried without success before it succeeded.
+    pub import_attempts: Vec<String>,
+    /// The solids.
+    pub solids: Vec<SolidReport>,
+    /// Element quality.
+    pub quality: Option<QualityReport>,
+    /// The self-audit.
+    pub audit: Option<AuditReport>,
+    /// What the audit holds against the result; nothing where it is right.
+    pub doubts: Vec<String>,
+}
+
+impl RunReport {
+    pub(super) fn new(solids: Vec<SolidReport>, quality: QualityReport, audit: AuditReport) -> Self {
+        let doubts = audit.doubts().iter().map(ToString::to_string).collect();
+        Self { solids, quality: Some(quality), audit: Some(audit), doubts, ..Self::default() }
+    }
+}
+
+impl fmt::Display for RunReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(f, "{}", self.input.display())?;
+        for s in &self.solids {
+            let peaks: Vec<String> =
+                s.peaks.iter().map(|p| format!("{:.3} mm ({:.0} %)", p.thickness, 100.0 * p.share)).collect();
+            writeln!(
+                f,
+                "solid {}: {} faces, {} walls, {} sheets, edge length {:.3} mm, thickness {}",
+                s.tag,
+                s.faces,
+                s.walls,
+                s.sheets,
+                s.size,
+                peaks.join(", ")
+            )?;
+        }
+        Ok(())
+    }
+}

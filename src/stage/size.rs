@@ -1,0 +1,70 @@
+//! Size: how long the edges should be.
+//!
+//! Without a wish the part decides: three typical thicknesses, so that a shell element is a shell, but not so few elements that the part's shape is
+//! lost, nor so many that a huge thin part drowns its user. On curved walls the chord must stay near the mid-surface: an edge of length h on a radius R
+//! leaves it by h²/8R, and that is held to a share of the thickness; or the user gives the number of elements in a full turn.
+
+use crate::model::brep::Brep;
+use crate::model::walls::Pairing;
+
+/// Default edge length in typical thicknesses.
+const THICKNESSES: f64 = 3.0;
+/// Coarsest default, as a share of the part's diagonal: forty edges along it still draw it.
+const COARSEST: f64 = 1.0 / 25.0;
+/// Finest default: at most about this many triangles.
+const MOST_TRIANGLES: f64 = 40_000.0;
+/// Chord error on curved walls, as a share of the thickness.
+const CHORD: f64 = 0.01;
+/// Curvature alone never asks for edges shorter than this share of the thickness: a shell element shorter than half of it is none.
+const SHORTEST: f64 = 0.5;
+/// Edges below this share of the wanted length are specks of the raw complex, to be contracted before meshing.
+const SPECK: f64 = 0.2;
+
+/// The wanted edge lengths of a solid.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sizing {
+    /// Edge length on flat walls, mm.
+    pub target: f64,
+    /// Edges in a full turn of a curved wall, if the user said so.
+    pub per_turn: Option<f64>,
+}
+
+/// The sizing of one solid; `size` and `per_turn` are the user's wishes.
+pub fn sizing(brep: &Brep, pairing: &Pairing, size: Option<f64>, per_turn: Option<f64>) -> Sizing {
+    let target = size.unwrap_or_else(|| {
+        let fewest = (brep.area() / 2.0 / (MOST_TRIANGLES * 3f64.sqrt() / 4.0)).sqrt();
+        (THICKNESSES * typical_thickness(pairing)).min(COARSEST * brep.diagonal()).max(fewest)
+    });
+    Sizing { target, per_turn }
+}
+
+/// Area-weighted median of the pairs' mean thickness, mm.
+fn typical_thickness(pairing: &Pairing) -> f64 {
+    let mut pairs: Vec<(f64, f64)> = pairing.pairs.iter().map(|p| (p.thickness[1], p.overlap)).collect();
+    pairs.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let half = pairs.iter().map(|p| p.1).sum::<f64>() / 2.0;
+    let mut passed = 0.0;
+    pairs
+        .iter()
+        .find(|p| {
+            passed += p.1;
+            passed >= half
+        })
+        .map_or(0.0, |p| p.0)
+}
+
+impl Sizing {
+    /// Edge length where a wall of this thickness is curved with this radius, mm.
+    pub fn at(&self, radius: f64, thickness: f64) -> f64 {
+        let curved = match self.per_turn {
+            Some(count) => std::f64::consts::TAU * radius / count,
+            None => (8.0 * radius * CHORD * thickness).sqrt().max(SHORTEST * thickness),
+        };
+        curved.min(self.target)
+    }
+
+    /// Edges shorter than this are specks where edges of `size` are wanted, mm.
+    pub fn speck(&self, size: f64) -> f64 {
+        SPECK * size
+    }
+}
