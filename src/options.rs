@@ -60,8 +60,8 @@ impl serde::Serialize for ElementShape {
     }
 }
 
-/// Longest that one run of gmsh may take. The slowest real part that we know needs about a minute; five leave room for slow machines.
-const TIME_LIMIT: Duration = Duration::from_secs(300);
+/// Longest that gmsh may take over all its attempts. Parts that it can fill take seconds; one that takes longer than this seldom ends at all.
+const TIME_LIMIT: Duration = Duration::from_secs(90);
 
 /// The choices of one run.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
@@ -74,7 +74,7 @@ pub struct MeshOptions {
     pub element: ElementShape,
     /// The gmsh command. None: the importer looks for one.
     pub gmsh: Option<PathBuf>,
-    /// Longest that one run of gmsh may take.
+    /// Longest that gmsh may take over all its attempts.
     pub time_limit: Duration,
     /// A folder for the result of every stage, to look into a run that went wrong. None: nothing is kept.
     pub dump: Option<PathBuf>,
@@ -101,7 +101,7 @@ pub enum OptionFault {
     Size(f64),
     /// The wanted elements are larger than the part.
     #[error(
-        "the element size {size} mm is larger than the part, which measures {part} mm corner to corner"
+        "the element size {size} mm is larger than the part, which measures {part:.1} mm corner to corner"
     )]
     SizeBeyondPart {
         /// The size asked for, mm.
@@ -131,13 +131,13 @@ impl OptionFault {
                 "give a length such as --size 5, or leave --size out: then the part decides".into()
             }
             OptionFault::SizeBeyondPart { part, .. } => format!(
-                "give a size below {part:.4} mm (is the file in the unit that you expect?), or leave --size out: then the part decides"
+                "give a size below {part:.1} mm (is the file in the unit that you expect?), or leave --size out: then the part decides"
             ),
             OptionFault::SizeCurvature(_) => {
                 "give a number such as --size-curvature 24, or leave it out".into()
             }
             OptionFault::TimeLimit => {
-                "give the seconds that one run of gmsh may take, such as --time-limit 300".into()
+                "give the seconds that gmsh may take, such as --time-limit 300".into()
             }
             OptionFault::Shape(_) => {
                 let names: Vec<&str> = ElementShape::NAMED.iter().map(|n| n.0).collect();
@@ -209,7 +209,7 @@ mod tests {
     fn a_size_beyond_the_part_is_refused_and_names_the_part() {
         assert_eq!(sized(100.0).check_against(100.0), Ok(()));
         let fault = sized(100.5).check_against(100.0).unwrap_err();
-        assert!(fault.to_string().contains("100 mm corner to corner"));
+        assert!(fault.to_string().contains("100.0 mm corner to corner"));
         assert!(fault.remedy().contains("below 100"));
     }
 

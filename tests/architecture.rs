@@ -133,7 +133,11 @@ fn the_command_line_knows_only_the_front_of_the_library() {
 
 #[test]
 fn foreign_crates_stay_behind_their_module() {
-    for (foreign, home) in [("obvhs", "spatial"), ("spade", "cdt"), ("faer", "solve")] {
+    for (foreign, home) in [
+        ("obvhs", "spatial"),
+        ("spade", "geom/cdt"),
+        ("faer", "solve"),
+    ] {
         let text = format!("use {foreign}::Thing;");
         caught("src/geom/placer.rs", &text);
         lawful(&format!("src/{home}.rs"), &text);
@@ -191,6 +195,23 @@ fn test_modules_are_free_and_what_follows_them_is_not() {
         "src/stage/pair.rs",
         &format!("{tests}use crate::import::gmsh;"),
     );
+}
+
+#[test]
+fn files_of_tests_are_free_and_declared_as_such() {
+    lawful("src/stage/pair/tests.rs", "use crate::stage::role::Role;");
+    lawful("src/test_parts.rs", "use crate::pipeline;");
+    lawful(
+        "src/stage/pair.rs",
+        "#[cfg(test)]\nmod tests;\n#[cfg(test)]\npub(crate) mod test_shapes;",
+    );
+    lawful(
+        "src/stage/pair.rs",
+        "#[cfg(test)]\n#[path = \"pair_tests.rs\"]\nmod tests;",
+    );
+    lawful("src/stage/pair_tests.rs", "use crate::pipeline;");
+    caught("src/stage/pair.rs", "mod tests;");
+    caught("src/lib.rs", "pub mod test_parts;");
 }
 
 #[test]

@@ -213,6 +213,13 @@ fn full_disk() {
 
 // The tool.
 
+/// A gmsh that says its version as a good one does, and then does something else.
+fn fake_gmsh(bench: &Bench, deed: &str) -> String {
+    let version = "case \"$*\" in *--version*) echo 4.15.2 >&2; exit 0;; esac";
+    let path = bench.program("fake-gmsh", &format!("{version}\n{deed}"));
+    path.display().to_string()
+}
+
 #[test]
 fn gmsh_missing() {
     let bench = Bench::new();
@@ -239,12 +246,21 @@ fn gmsh_that_is_no_program() {
 }
 
 #[test]
+fn gmsh_that_dies_at_its_start() {
+    let bench = Bench::new();
+    let input = bench.step("plate.step", PLATE);
+    let complaint = "libGLU.so.1: cannot open shared object file";
+    let fake = bench.program("broken-gmsh", &format!("echo '{complaint}' >&2\nexit 127"));
+    let ended = bench.mesh(&input, &["--gmsh", &fake.display().to_string()]);
+    ended.refused(TOOL, &["plate.step", "libGLU.so.1", "apt-get install"]);
+}
+
+#[test]
 fn gmsh_killed() {
     let bench = Bench::new();
     let input = bench.step("plate.step", PLATE);
     for script in ["kill -9 $$", "kill -SEGV $$"] {
-        let fake = bench.program("killed-gmsh", script);
-        let ended = bench.mesh(&input, &["--gmsh", &fake.display().to_string()]);
+        let ended = bench.mesh(&input, &["--gmsh", &fake_gmsh(&bench, script)]);
         ended.refused(TOOL, &["plate.step", "signal"]);
     }
 }
@@ -253,11 +269,11 @@ fn gmsh_killed() {
 fn gmsh_that_fails_is_quoted() {
     let bench = Bench::new();
     let input = bench.step("plate.step", PLATE);
-    let fake = bench.program(
-        "failing-gmsh",
+    let fake = fake_gmsh(
+        &bench,
         "echo 'Error   : the moon is in the way' >&2\nexit 1",
     );
-    let ended = bench.mesh(&input, &["--gmsh", &fake.display().to_string()]);
+    let ended = bench.mesh(&input, &["--gmsh", &fake]);
     ended.refused(TOOL, &["plate.step", "the moon is in the way"]);
 }
 
@@ -265,8 +281,8 @@ fn gmsh_that_fails_is_quoted() {
 fn gmsh_that_writes_nothing() {
     let bench = Bench::new();
     let input = bench.step("plate.step", PLATE);
-    let fake = bench.program("idle-gmsh", "exit 0");
-    let ended = bench.mesh(&input, &["--gmsh", &fake.display().to_string()]);
+    let fake = fake_gmsh(&bench, "exit 0");
+    let ended = bench.mesh(&input, &["--gmsh", &fake]);
     ended.refused(TOOL, &["plate.step"]);
 }
 
@@ -276,8 +292,7 @@ fn gmsh_hanging() {
     let input = bench.step("plate.step", PLATE);
     // The second leaves a child that holds the pipes open: killing the script alone would not free us.
     for script in ["exec sleep 60", "sleep 60\nexit 0"] {
-        let fake = bench.program("hanging-gmsh", script);
-        let gmsh = fake.display().to_string();
+        let gmsh = fake_gmsh(&bench, script);
         let ended = bench.mesh(&input, &["--gmsh", &gmsh, "--time-limit", "1"]);
         ended.refused(TOOL, &["plate.step", "time"]);
         assert!(ended.took < Duration::from_secs(30), "{:?}", ended.took);

@@ -38,12 +38,14 @@ setup_run() {
     setup_venv
     pip_install -r tools/requirements-run.txt
     # The wheel's own script starts whatever `python` is on the PATH, which outside the environment is another one or none.
-    rm -f "$venv/bin/gmsh"
-    cat >"$venv/bin/gmsh" <<'EOF'
-#!/bin/sh
-exec "$(dirname "$0")/python3" -c 'import sys, gmsh; sys.argv[0] = "gmsh"; gmsh.initialize(sys.argv, run=True); gmsh.finalize()' "$@"
-EOF
-    chmod +x "$venv/bin/gmsh"
+    python=$(pwd)/$venv/bin/python3
+    script=$venv/bin/gmsh
+    case $python in
+    *[[:space:]]*) # The first line of a script cannot name such a path.
+        printf '#!/bin/sh\nexec "%s" -c "import sys, gmsh; gmsh.initialize(sys.argv, run=True); gmsh.finalize()" "$@"\n' "$python" >"$script" ;;
+    *) sed -i "1s|.*|#!$python|" "$script" ;;
+    esac
+    chmod +x "$script"
     libraries='libglu1-mesa libgl1 libxrender1 libxcursor1 libxft2 libxinerama1 libgomp1'
     if ! "$venv/bin/gmsh" --version </dev/null >/dev/null 2>&1; then
         # shellcheck disable=SC2086

@@ -49,7 +49,7 @@ pub struct SourceArgs {
     pub input: PathBuf,
     #[command(flatten)]
     pub tool: ToolArgs,
-    /// Longest that one run of gmsh may take, in seconds [default: 5 minutes]
+    /// Longest that gmsh may take, in seconds [default: 90]
     #[arg(long, value_name = "SECONDS", allow_hyphen_values = true, value_parser = seconds)]
     pub time_limit: Option<Duration>,
     /// Threads to work with [default: one a core]
@@ -217,7 +217,7 @@ mod tests {
             .render_long_help()
             .to_string();
         assert!(help.contains(&format!("[default: {}]", defaults.element)));
-        let minutes = format!("[default: {} minutes]", defaults.time_limit.as_secs() / 60);
-        assert!(help.contains(&minutes), "{minutes} not in\n{help}");
+        let limit = format!("in seconds [default: {}]", defaults.time_limit.as_secs());
+        assert!(help.contains(&limit), "{limit} not in\n{help}");
     }
 }

@@ -54,12 +54,20 @@ impl Bench {
         path
     }
 
-    /// Writes a program into the folder.
-    #[cfg(unix)]
+    /// Writes a program into the folder. Another process writes it: a descriptor of ours could live on in the child of a test that runs beside this
+    /// one, and a file open for writing cannot be run.
     pub fn program(&self, name: &str, script: &str) -> PathBuf {
-        use std::os::unix::fs::PermissionsExt;
-        let path = self.file(name, format!("#!/bin/sh\n{script}\n"));
-        std::fs::set_permissions(&path, std::fs::Permissions::from_mode(0o755)).unwrap();
+        let path = self.at(name);
+        let status = Command::new("sh")
+            .args([
+                "-c",
+                "printf '#!/bin/sh\\n%s\\n' \"$1\" >\"$0\" && chmod +x \"$0\"",
+            ])
+            .arg(&path)
+            .arg(script)
+            .status()
+            .unwrap();
+        assert!(status.success());
         path
     }
 

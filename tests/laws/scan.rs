@@ -77,23 +77,33 @@ fn cut_test_modules(code: &str) -> String {
     while let Some(at) = rest.find(MARK) {
         let after = &rest[at + MARK.len()..];
         out.push_str(&rest[..at]);
-        let item = after.trim_start();
+        let item = behind_attributes(after);
         let is_module = ["mod ", "pub mod ", "pub(crate) mod ", "pub(super) mod "]
             .iter()
             .any(|m| item.starts_with(m));
-        let brace = after
-            .find('{')
-            .filter(|&b| is_module && after.find(';').is_none_or(|s| s > b));
-        let Some(brace) = brace else {
-            rest = after;
-            continue;
+        // The module is a file of its own, or stands here between its braces.
+        let end = match after.find([';', '{']) {
+            Some(at) if is_module && after[at..].starts_with(';') => at + 1,
+            Some(at) if is_module => matching_brace(after, at),
+            _ => {
+                rest = after;
+                continue;
+            }
         };
-        let end = matching_brace(after, brace);
         out.extend(after[..end].chars().filter(|c| *c == '\n'));
         rest = &after[end..];
     }
     out.push_str(rest);
     out
+}
+
+/// What stands behind more attributes, such as the path of a file.
+fn behind_attributes(code: &str) -> &str {
+    let mut item = code.trim_start();
+    while let Some(end) = item.find(']').filter(|_| item.starts_with("#[")) {
+        item = item[end + 1..].trim_start();
+    }
+    item
 }
 
 fn matching_brace(code: &str, open: usize) -> usize {
@@ -179,6 +189,15 @@ pub fn macros(code: &str, names: &[&str]) -> Vec<(String, usize)> {
         .windows(2)
         .filter(|w| w[1].0 == "!" && names.contains(&w[0].0.as_str()))
         .map(|w| w[0].clone())
+        .collect()
+}
+
+/// Modules that are declared, and their lines.
+pub fn modules(code: &str) -> Vec<(String, usize)> {
+    tokens(code)
+        .windows(2)
+        .filter(|w| w[0].0 == "mod" && is_word(&w[1].0))
+        .map(|w| w[1].clone())
         .collect()
 }
 
