@@ -63,7 +63,7 @@ pub(super) fn relax(
 }
 
 /// The triangles round every point.
-fn rings(count: usize, triangles: &[[u32; 3]]) -> (Vec<u32>, Vec<u32>) {
+pub(super) fn rings(count: usize, triangles: &[[u32; 3]]) -> (Vec<u32>, Vec<u32>) {
     let mut start = vec![0u32; count + 1];
     for t in triangles.iter().flatten() {
         start[*t as usize + 1] += 1;
@@ -98,8 +98,8 @@ fn move_free(surface: &Surface, fixed: usize, points: &mut [Point], triangles: &
             let growth = surface
                 .locate(middle)
                 .map_or(1.0, |s| surface.growth(s.triangle));
-            // In the plane a density of size^-4 gives cells of that size.
-            let mass = (b - a).perp_dot(c - a) * growth / size.powi(4);
+            // Cells of the wanted size ask for size^-4; half the exponent keeps triangles good where sizes grow fast.
+            let mass = (b - a).perp_dot(c - a) * growth / size.powi(2);
             sum += mass * middle;
             total += mass;
         }
