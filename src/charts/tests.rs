@@ -4,7 +4,7 @@ use crate::stage::test_shapes::{self as shapes, Onto, Stay};
 use glam::DVec3;
 
 /// Edge ratio and angles (degrees) of a triangle.
-fn quality(complex: &MidComplex, t: &MidTriangle) -> (f64, f64, f64) {
+pub(super) fn quality(complex: &MidComplex, t: &MidTriangle) -> (f64, f64, f64) {
     let p = t.nodes.map(|n| complex.nodes[n].point);
     let sides = [0, 1, 2].map(|k| p[k].distance(p[(k + 1) % 3]));
     let angles = [0, 1, 2].map(|k| {
@@ -212,4 +212,42 @@ fn old_triangles_stay_where_the_new_ones_fail() {
     assert!(!out.kept.is_empty());
     assert_eq!(out.complex.check(), vec![]);
     assert_eq!(out.complex.euler(), c.euler());
+}
+
+/// Where a cut is only a few edges from the next, two pieces could draw the same chord: one edge of four triangles.
+#[test]
+fn small_closed_things_keep_their_topology() {
+    for around in [3, 4, 5, 6, 8, 10] {
+        let c = shapes::tube(around, 12, 60.0);
+        let _ = run(&c, 60.0 / around as f64, &Stay);
+        let _ = run(&c, 20.0, &Stay);
+    }
+    for n in [1, 2, 3] {
+        let _ = run(&shapes::sphere(n, false), 14.0 / n as f64, &Stay);
+        let _ = run(&shapes::sphere(n, false), 30.0, &Stay);
+    }
+    for across in [3, 4, 6] {
+        let _ = run(&shapes::torus(4 * across, across), 36.0 / across as f64, &Stay);
+    }
+}
+
+#[test]
+fn two_pieces_that_draw_one_chord_both_step_back() {
+    // Two squares side by side, each meshed with a diagonal chord; renaming makes both chords join the same nodes.
+    let c = shapes::sheet(1, 1, |u, v| DVec3::new(u, v, 0.0));
+    let patch = patches(&c)[PatchId(0)].clone();
+    let mesh = Some(PatchMesh {
+        points: vec![],
+        triangles: patch.triangles.clone(),
+    });
+    let piece = || Piece {
+        patch: patch.clone(),
+        mesh: mesh.clone(),
+    };
+    let mut alone = [piece()];
+    drop_clashes(&mut alone);
+    assert!(alone[0].mesh.is_some());
+    let mut both = [piece(), piece()];
+    drop_clashes(&mut both);
+    assert!(both.iter().all(|p| p.mesh.is_none()));
 }
