@@ -85,9 +85,8 @@ impl SpdSolver {
         let Some(factor) = &self.factor else {
             return Vec::new();
         };
-        let mut x = faer::Mat::<f64>::from_fn(self.size, 1, |i, _| {
-            rhs.get(i).copied().unwrap_or_default()
-        });
+        let mut x =
+            faer::Mat::<f64>::from_fn(self.size, 1, |i, _| rhs.get(i).copied().unwrap_or_default());
         factor.solve_in_place(&mut x);
         (0..self.size).map(|i| x[(i, 0)]).collect()
     }
@@ -121,12 +120,7 @@ mod tests {
     fn entries_at_one_place_add_up() {
         let s = SpdSolver::factor(1, &[(0, 0, 1.5), (0, 0, 2.5)]).unwrap();
         assert_eq!(s.solve(&[8.0]), vec![2.0]);
-        assert!(
-            SpdSolver::factor(0, &[])
-                .unwrap()
-                .solve(&[1.0])
-                .is_empty()
-        );
+        assert!(SpdSolver::factor(0, &[]).unwrap().solve(&[1.0]).is_empty());
     }
 
     #[test]

@@ -4,7 +4,7 @@ use crate::stage::test_shapes::{self as shapes, Onto, Stay};
 use glam::DVec3;
 
 /// Edge ratio and angles (degrees) of a triangle.
-pub(super) fn quality(complex: &MidComplex, t: &MidTriangle) -> (f64, f64, f64) {
+fn quality(complex: &MidComplex, t: &MidTriangle) -> (f64, f64, f64) {
     let p = t.nodes.map(|n| complex.nodes[n].point);
     let sides = [0, 1, 2].map(|k| p[k].distance(p[(k + 1) % 3]));
     let angles = [0, 1, 2].map(|k| {
@@ -17,24 +17,36 @@ pub(super) fn quality(complex: &MidComplex, t: &MidTriangle) -> (f64, f64, f64) 
 }
 
 /// Share of triangles out of the limits (ratio 2.5, angles 30 to 110 degrees), and mean edge length.
-pub(super) fn census(complex: &MidComplex) -> (f64, f64, f64) {
-    let all: Vec<_> = complex.triangles.iter().map(|t| quality(complex, t)).collect();
-    let bad = all.iter().filter(|q| q.0 > 2.5 || q.1 < 30.0 || q.2 > 110.0);
+fn census(complex: &MidComplex) -> (f64, f64, f64) {
+    let all: Vec<_> = complex
+        .triangles
+        .iter()
+        .map(|t| quality(complex, t))
+        .collect();
+    let bad = all
+        .iter()
+        .filter(|q| q.0 > 2.5 || q.1 < 30.0 || q.2 > 110.0);
     let share = bad.count() as f64 / all.len() as f64;
     let mean_least = all.iter().map(|q| q.1).sum::<f64>() / all.len() as f64;
     let edges = complex.edges();
     let length = |e: &crate::model::complex::MidEdge| {
-        complex.nodes[e.ends[0]].point.distance(complex.nodes[e.ends[1]].point)
+        complex.nodes[e.ends[0]]
+            .point
+            .distance(complex.nodes[e.ends[1]].point)
     };
     let mean = edges.iter().map(length).sum::<f64>() / edges.len() as f64;
     (share, mean_least, mean)
 }
 
-pub(super) fn area(complex: &MidComplex) -> f64 {
-    complex.triangles.iter().map(|t| {
-        let [a, b, c] = t.nodes.map(|n| complex.nodes[n].point);
-        (b - a).cross(c - a).length() / 2.0
-    }).sum()
+fn area(complex: &MidComplex) -> f64 {
+    complex
+        .triangles
+        .iter()
+        .map(|t| {
+            let [a, b, c] = t.nodes.map(|n| complex.nodes[n].point);
+            (b - a).cross(c - a).length() / 2.0
+        })
+        .sum()
 }
 
 /// Meshes, and checks what must always hold.
@@ -43,14 +55,21 @@ fn run(complex: &MidComplex, size: f64, placer: &dyn Placer) -> Outcome {
     assert_eq!(out.complex.check(), vec![]);
     assert_eq!(out.complex.euler(), complex.euler());
     assert_eq!(out.complex.pieces(), complex.pieces());
-    assert_eq!(shapes::edge_census(&out.complex), shapes::edge_census(complex));
+    assert_eq!(
+        shapes::edge_census(&out.complex),
+        shapes::edge_census(complex)
+    );
     // Every feature edge is there, with its nodes where they were.
     let edges = out.complex.edges();
     for e in complex.edges() {
         if e.triangles.len() != 2 {
             let mut ends = e.ends.map(|n| out.nodes[n].unwrap());
             ends.sort();
-            assert!(edges.iter().any(|f| f.ends == ends && f.triangles.len() == e.triangles.len()));
+            assert!(
+                edges
+                    .iter()
+                    .any(|f| f.ends == ends && f.triangles.len() == e.triangles.len())
+            );
         }
     }
     for (id, n) in complex.nodes.enumerated() {
@@ -58,9 +77,6 @@ fn run(complex: &MidComplex, size: f64, placer: &dyn Placer) -> Outcome {
             assert_eq!(&out.complex.nodes[new], n);
         }
     }
-    let (share, least, mean) = census(&out.complex);
-    eprintln!("{} -> {} triangles, {} patches, {} cuts, kept {:?}, bad {share:.4}, least angle mean {least:.2}, edge mean {mean:.3}",
-        complex.triangles.len(), out.complex.triangles.len(), out.patches, out.cut, out.kept);
     out
 }
 
@@ -85,7 +101,12 @@ fn half_a_cylinder_stays_round() {
     let c = shapes::half_cylinder(16, 15);
     let out = run(&c, 2.0, &Onto(onto_cylinder));
     assert!(out.kept.is_empty());
-    assert!(out.complex.nodes.iter().all(|n| (n.point.x.hypot(n.point.y) - 10.0).abs() < 1e-9));
+    assert!(
+        out.complex
+            .nodes
+            .iter()
+            .all(|n| (n.point.x.hypot(n.point.y) - 10.0).abs() < 1e-9)
+    );
     let (share, least, _) = census(&out.complex);
     assert!(share < 0.01 && least > 50.0, "{share} {least}");
 }
@@ -152,7 +173,7 @@ fn sizes_grow_from_a_fine_rim() {
     let out = mesh_charts(&c, &|_, _| 8.0, &Stay);
     assert!(out.kept.is_empty());
     let (share, least, _) = census(&out.complex);
-    eprintln!("{} triangles bad {share} least {least}", out.complex.triangles.len());
+    assert!(least > 45.0, "{least}");
     assert!(share < 0.05, "{share}");
     assert!(out.complex.triangles.len() < 1600);
 }
@@ -161,7 +182,10 @@ fn sizes_grow_from_a_fine_rim() {
 fn the_same_for_any_number_of_threads() {
     let c = shapes::torus(40, 14);
     let with = |threads: usize| {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(threads)
+            .build()
+            .unwrap();
         pool.install(|| mesh_charts(&c, &|_, _| 3.0, &Stay))
     };
     assert_eq!(with(1), with(4));
@@ -169,23 +193,19 @@ fn the_same_for_any_number_of_threads() {
 
 #[test]
 fn counts_do_not_change_when_the_part_is_moved() {
-    // Cuts depend on solves whose rounding errors may exceed the grid of the snapping: there the counts may differ a little.
-    for (c, slack) in [
-        (shapes::plate_with_holes(4.0), 0.0),
-        (shapes::rib_on_plate(0.5), 0.0),
-        (shapes::half_cylinder(16, 15), 0.0),
-        (shapes::tube(24, 20, 40.0), 0.03),
-        (shapes::torus(40, 14), 0.03),
-        (shapes::sphere(8, true), 0.03),
+    for c in [
+        shapes::plate_with_holes(4.0),
+        shapes::rib_on_plate(0.5),
+        shapes::half_cylinder(16, 15),
+        shapes::tube(24, 20, 40.0),
+        shapes::torus(40, 14),
+        shapes::sphere(8, true),
     ] {
         let a = mesh_charts(&c, &|_, _| 4.0, &Stay);
         let b = mesh_charts(&shapes::moved(&c), &|_, _| 4.0, &Stay);
         assert_eq!((a.patches, a.cut), (b.patches, b.cut));
-        let (n, m) = (
-            a.complex.triangles.len() as f64,
-            b.complex.triangles.len() as f64,
-        );
-        assert!((n / m - 1.0).abs() <= slack, "{n} {m}");
+        assert_eq!(a.complex.nodes.len(), b.complex.nodes.len());
+        assert_eq!(a.complex.triangles.len(), b.complex.triangles.len());
     }
 }
 
@@ -227,7 +247,11 @@ fn small_closed_things_keep_their_topology() {
         let _ = run(&shapes::sphere(n, false), 30.0, &Stay);
     }
     for across in [3, 4, 6] {
-        let _ = run(&shapes::torus(4 * across, across), 36.0 / across as f64, &Stay);
+        let _ = run(
+            &shapes::torus(4 * across, across),
+            36.0 / across as f64,
+            &Stay,
+        );
     }
 }
 

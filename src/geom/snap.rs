@@ -62,7 +62,10 @@ mod tests {
     fn sums_on_the_grid_are_exact() {
         let snap = Snap::for_size(1.0);
         let parts = [0.1, 0.2, 0.3].map(|x| snap.value(x));
-        assert_eq!((parts[0] + parts[1]) + parts[2], parts[0] + (parts[1] + parts[2]));
+        assert_eq!(
+            (parts[0] + parts[1]) + parts[2],
+            parts[0] + (parts[1] + parts[2])
+        );
     }
 
     #[test]

@@ -77,6 +77,9 @@ pub fn triangulate(
     let surface = Surface::new(patch, chart);
     let fixed = FixedParts::new(patch);
     let mut points = fixed.points(patch, chart, |p| size(p, patch.wall));
+    points
+        .iter_mut()
+        .for_each(|p| p.size = surface.snap.value(p.size));
     let seeds = front::seeds(&surface, &points, &fixed.edges(), &|p| size(p, patch.wall));
     points.extend(seeds);
     let names: Vec<u32> = fixed
@@ -223,7 +226,9 @@ fn check_turns(
         let [a, b, c] = t.map(|k| positions[k as usize]);
         let normal = (b - a).cross(c - a);
         let [u, v, w] = t.map(|k| points[k as usize].place);
-        let old = surface.locate((u + v + w) / 3.0).map(|s| surface.normal(&s));
+        let old = surface
+            .locate((u + v + w) / 3.0)
+            .map(|s| surface.normal(&s));
         let forward = old.is_none_or(|n| n.dot(normal) > 0.0);
         if !(forward && normal.is_finite() && normal.length() > 0.0) {
             return Err(MeshError::Inverted(i as u32));

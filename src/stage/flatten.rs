@@ -5,7 +5,7 @@
 //!
 //! Tried in this order:
 //! 1. *plane*: projection to the mean plane, where that keeps the area;
-//! 2. *free*: least squares conformal map (Levy et al. 2002, doi:10.1145/566654.566590), then local-global steps towards an isometry
+//! 2. *free*: triangles unrolled one beside the other, or else the least squares conformal map (Levy et al. 2002, doi:10.1145/566654.566590), then local-global steps towards an isometry
 //!    (Liu et al. 2008, doi:10.1111/j.1467-8659.2008.01290.x): a developable patch keeps all lengths;
 //! 3. *disc*: discrete harmonic map (Pinkall & Polthier 1993, doi:10.1080/10586458.1993.10504266) of the longest loop to a circle, holes
 //!    filled by one virtual node each; where an obtuse triangle folds it, the same with positive weights, which cannot fold
@@ -21,8 +21,8 @@ mod shape;
 pub use harmonic::harmonic;
 pub use shape::{Stretch, stretch};
 
-use crate::model::patch::{Chart, ChartKind, Patch};
 use crate::geom::snap::Snap;
+use crate::model::patch::{Chart, ChartKind, Patch};
 use crate::solve::SolveError;
 use glam::{DVec2, DVec3};
 
@@ -43,7 +43,9 @@ const PLANE_LOSS: f64 = 0.01;
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum FlattenError {
     /// It is closed or has a handle.
-    #[error("a patch of Euler characteristic {euler} with {loops} boundary loops does not fit in a plane")]
+    #[error(
+        "a patch of Euler characteristic {euler} with {loops} boundary loops does not fit in a plane"
+    )]
     Topology {
         /// Euler characteristic.
         euler: i64,
@@ -147,7 +149,9 @@ fn plane(patch: &Patch, area: f64) -> Option<Vec<DVec2>> {
     let normal = sum.normalize();
     let first = patch.boundary().next().unwrap_or_default();
     let [origin, end] = first.map(|c| patch.points[c as usize]);
-    let x = (end - origin).reject_from_normalized(normal).try_normalize()?;
+    let x = (end - origin)
+        .reject_from_normalized(normal)
+        .try_normalize()?;
     // Right-handed about the normal, so that triangles stay counter-clockwise.
     let y = normal.cross(x);
     let flat = |p: &DVec3| DVec2::new((*p - origin).dot(x), (*p - origin).dot(y));
@@ -157,7 +161,9 @@ fn plane(patch: &Patch, area: f64) -> Option<Vec<DVec2>> {
 /// Moves corners of folded triangles to the middle of their neighbours: slivers fold from rounding alone.
 fn unfold(patch: &Patch, chart: &mut Chart) {
     let mut is_boundary = vec![false; patch.nodes.len()];
-    patch.boundary().for_each(|e| is_boundary[e[0] as usize] = true);
+    patch
+        .boundary()
+        .for_each(|e| is_boundary[e[0] as usize] = true);
     // A fold that a few rounds do not open is one of the map, not of a sliver.
     for _ in 0..5 {
         let mut moving: Vec<u32> = chart
@@ -200,9 +206,8 @@ fn distorted_share(patch: &Patch, chart: &Chart) -> f64 {
         let area = (b - a).cross(c - a).length();
         let s = stretch(patch, chart, t);
         let growth = s.long * s.short;
-        let good = s.long <= ANISOTROPY * s.short
-            && growth <= AREA_GROWTH
-            && growth >= 1.0 / AREA_GROWTH;
+        let good =
+            s.long <= ANISOTROPY * s.short && (1.0 / AREA_GROWTH..=AREA_GROWTH).contains(&growth);
         all += area;
         bad += if good { 0.0 } else { area };
     }

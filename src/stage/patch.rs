@@ -132,8 +132,7 @@ fn is_fold(complex: &MidComplex, a: TriangleId, b: TriangleId) -> bool {
     };
     let (s, t) = (complex.triangles[a].nodes, complex.triangles[b].nodes);
     // The same way round, neighbours run along their common edge in opposite directions.
-    let turn = (0..3)
-        .any(|i| (0..3).any(|j| s[i] == t[j] && s[(i + 1) % 3] == t[(j + 1) % 3]));
+    let turn = (0..3).any(|i| (0..3).any(|j| s[i] == t[j] && s[(i + 1) % 3] == t[(j + 1) % 3]));
     let (n, m) = (normal(a, false), normal(b, turn));
     n.cross(m).length().atan2(n.dot(m)) > FOLD_RAD
 }

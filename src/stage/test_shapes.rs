@@ -247,4 +247,3 @@ pub fn edge_census(complex: &MidComplex) -> BTreeMap<usize, usize> {
     }
     census
 }
-

@@ -41,8 +41,16 @@ pub(super) struct Grid {
 impl Grid {
     /// A grid of cells of about `cell`, coarser where there would be more than four cells for each of `count` items.
     pub(super) fn new(places: &[DVec2], cell: f64, count: usize) -> Self {
-        let low = places.iter().copied().reduce(DVec2::min).unwrap_or_default();
-        let high = places.iter().copied().reduce(DVec2::max).unwrap_or_default();
+        let low = places
+            .iter()
+            .copied()
+            .reduce(DVec2::min)
+            .unwrap_or_default();
+        let high = places
+            .iter()
+            .copied()
+            .reduce(DVec2::max)
+            .unwrap_or_default();
         let extent = high - low;
         let most = 4.0 * count.max(16) as f64;
         let longest = extent.max_element().max(f64::MIN_POSITIVE);
@@ -155,7 +163,8 @@ impl<'a> Surface<'a> {
 
     /// Normal of the old surface (not of unit length), smooth over its corners.
     pub(super) fn normal(&self, spot: &Spot) -> DVec3 {
-        let [a, b, c] = self.patch.triangles[spot.triangle as usize].map(|k| self.normals[k as usize]);
+        let [a, b, c] =
+            self.patch.triangles[spot.triangle as usize].map(|k| self.normals[k as usize]);
         a * spot.weights[0] + b * spot.weights[1] + c * spot.weights[2]
     }
 

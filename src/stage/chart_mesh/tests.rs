@@ -83,7 +83,11 @@ fn new_nodes_lie_where_the_placer_puts_them() {
     let round = Onto(|p: DVec3| 10.0 * p.normalize());
     let mesh = triangulate(&patch, &chart, &|_, _| 2.0, &round).unwrap();
     assert!(!mesh.points.is_empty());
-    assert!(mesh.points.iter().all(|p| (p.length() - 10.0).abs() < 1e-12));
+    assert!(
+        mesh.points
+            .iter()
+            .all(|p| (p.length() - 10.0).abs() < 1e-12)
+    );
 }
 
 #[test]

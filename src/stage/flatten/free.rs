@@ -61,8 +61,8 @@ fn unrolled(patch: &Patch, shapes: &[Shape]) -> Option<Vec<DVec2>> {
         let known = (0..3).find(|&k| places[corners[k] as usize].is_finite())?;
         let mut fits = true;
         for k in 0..3 {
-            let wanted = places[corners[known] as usize]
-                + turn.rotate(shape.flat[k] - shape.flat[known]);
+            let wanted =
+                places[corners[known] as usize] + turn.rotate(shape.flat[k] - shape.flat[known]);
             let place = &mut places[corners[k] as usize];
             if place.is_nan() {
                 *place = wanted;

@@ -100,8 +100,14 @@ fn opposite_paths(patch: &Patch, avoided: &[bool]) -> Option<(Vec<u32>, Vec<u32>
 
 /// Two triangles far from each other, on avoided nodes where there are any.
 fn far_triangles(patch: &Patch, links: &[Links], avoided: &[bool]) -> (Vec<u32>, Vec<u32>) {
-    let on_avoided = |t: &u32| patch.triangles[*t as usize].iter().any(|&c| avoided[c as usize]);
-    let mut candidates: Vec<u32> = (0..patch.triangles.len() as u32).filter(on_avoided).collect();
+    let on_avoided = |t: &u32| {
+        patch.triangles[*t as usize]
+            .iter()
+            .any(|&c| avoided[c as usize])
+    };
+    let mut candidates: Vec<u32> = (0..patch.triangles.len() as u32)
+        .filter(on_avoided)
+        .collect();
     if candidates.len() < 2 {
         candidates = (0..patch.triangles.len() as u32).collect();
     }

@@ -1,6 +1,6 @@
 use super::*;
-use glam::DVec3;
 use crate::stage::test_shapes as shapes;
+use glam::DVec3;
 
 fn sound(patches: &[Patch], complex: &MidComplex) {
     let mut all: Vec<u32> = Vec::new();
