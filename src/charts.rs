@@ -1,8 +1,8 @@
 //! A fragment of the pipeline: every patch of a complex is meshed anew in a chart of its own.
 //!
-//! [`patches`](crate::stage::patch::patches), [`flatten`](crate::stage::flatten::flatten) and
-//! [`triangulate`](crate::stage::chart_mesh::triangulate) in turn, patch by patch in parallel; a patch without a good chart or mesh is
-//! [`cut`](crate::stage::patch::cut) and tried again. A cut leaves its old edges in the mesh; a second round cuts the new mesh elsewhere
+//! [`patches`], [`flatten`] and
+//! [`triangulate`] in turn, patch by patch in parallel; a patch without a good chart or mesh is
+//! [`cut`] and tried again. A cut leaves its old edges in the mesh; a second round cuts the new mesh elsewhere
 //! and so takes the traces of the first cuts away.
 //!
 //! **Guarantees.** Nodes and edges on rims, junctions, creases and folds stay; Euler characteristic and pieces stay; the same bytes for any
@@ -126,16 +126,15 @@ fn round(
         .filter(|(_, p)| p.mesh.is_none() && p.patch.source.iter().any(|t| old[t.index()]))
         .map(|(i, _)| PatchId::new(i))
         .collect();
-    let (new, nodes, fresh) = join(complex, &pieces);
-    let mut traces: Vec<NodeId> = traces.iter().filter_map(|n| nodes[*n]).collect();
+    let joined = join(complex, &pieces);
+    let mut traces: Vec<NodeId> = traces.iter().filter_map(|n| joined.nodes[*n]).collect();
     traces.sort_unstable();
     traces.dedup();
     Round {
-        complex: new,
-        nodes,
+        complex: joined.complex,
+        nodes: joined.nodes,
         traces,
-        old: fresh
-            .iter()
+        old: (joined.source.iter())
             .map(|source| source.is_some_and(|t| old[t.index()]))
             .collect(),
         patches: pieces.len(),
@@ -237,16 +236,17 @@ fn named_edges(piece: &Piece) -> Vec<([NodeId; 2], bool)> {
         .collect()
 }
 
-/// The pieces as one complex; for every old node its new id, and for every triangle the one it is, if it is an old one.
-#[allow(clippy::type_complexity)]
-fn join(
-    complex: &MidComplex,
-    pieces: &[Piece],
-) -> (
-    MidComplex,
-    IndexVec<NodeId, Option<NodeId>>,
-    Vec<Option<TriangleId>>,
-) {
+/// Pieces put together.
+struct Joined {
+    complex: MidComplex,
+    /// For every old node its new id.
+    nodes: IndexVec<NodeId, Option<NodeId>>,
+    /// For every triangle the old one that it is, if it is one.
+    source: Vec<Option<TriangleId>>,
+}
+
+/// The pieces as one complex.
+fn join(complex: &MidComplex, pieces: &[Piece]) -> Joined {
     let mut used = IndexVec::<NodeId, bool>::filled(false, complex.nodes.len());
     for piece in pieces {
         let triangles = match &piece.mesh {
@@ -294,7 +294,11 @@ fn join(
             });
         }
     }
-    (new, nodes, source)
+    Joined {
+        complex: new,
+        nodes,
+        source,
+    }
 }
 
 #[cfg(test)]

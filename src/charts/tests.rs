@@ -17,7 +17,7 @@ fn quality(complex: &MidComplex, t: &MidTriangle) -> (f64, f64, f64) {
 }
 
 /// Share of triangles out of the limits (ratio 2.5, angles 30 to 110 degrees), and mean edge length.
-pub(super) fn census(complex: &MidComplex) -> (f64, f64, f64) {
+fn census(complex: &MidComplex) -> (f64, f64, f64) {
     let all: Vec<_> = complex
         .triangles
         .iter()
@@ -38,7 +38,7 @@ pub(super) fn census(complex: &MidComplex) -> (f64, f64, f64) {
     (share, mean_least, mean)
 }
 
-pub(super) fn area(complex: &MidComplex) -> f64 {
+fn area(complex: &MidComplex) -> f64 {
     complex
         .triangles
         .iter()
@@ -77,15 +77,6 @@ fn run(complex: &MidComplex, size: f64, placer: &dyn Placer) -> Outcome {
             assert_eq!(&out.complex.nodes[new], n);
         }
     }
-    let (share, least, mean) = census(&out.complex);
-    eprintln!(
-        "{} -> {} triangles, {} patches, {} cuts, kept {:?}, bad {share:.4}, least angle mean {least:.2}, edge mean {mean:.3}",
-        complex.triangles.len(),
-        out.complex.triangles.len(),
-        out.patches,
-        out.cut,
-        out.kept
-    );
     out
 }
 
@@ -182,10 +173,7 @@ fn sizes_grow_from_a_fine_rim() {
     let out = mesh_charts(&c, &|_, _| 8.0, &Stay);
     assert!(out.kept.is_empty());
     let (share, least, _) = census(&out.complex);
-    eprintln!(
-        "{} triangles bad {share} least {least}",
-        out.complex.triangles.len()
-    );
+    assert!(least > 45.0, "{least}");
     assert!(share < 0.05, "{share}");
     assert!(out.complex.triangles.len() < 1600);
 }
@@ -205,23 +193,19 @@ fn the_same_for_any_number_of_threads() {
 
 #[test]
 fn counts_do_not_change_when_the_part_is_moved() {
-    // Cuts depend on solves whose rounding errors may exceed the grid of the snapping: there the counts may differ a little.
-    for (c, slack) in [
-        (shapes::plate_with_holes(4.0), 0.0),
-        (shapes::rib_on_plate(0.5), 0.0),
-        (shapes::half_cylinder(16, 15), 0.0),
-        (shapes::tube(24, 20, 40.0), 0.03),
-        (shapes::torus(40, 14), 0.03),
-        (shapes::sphere(8, true), 0.03),
+    for c in [
+        shapes::plate_with_holes(4.0),
+        shapes::rib_on_plate(0.5),
+        shapes::half_cylinder(16, 15),
+        shapes::tube(24, 20, 40.0),
+        shapes::torus(40, 14),
+        shapes::sphere(8, true),
     ] {
         let a = mesh_charts(&c, &|_, _| 4.0, &Stay);
         let b = mesh_charts(&shapes::moved(&c), &|_, _| 4.0, &Stay);
         assert_eq!((a.patches, a.cut), (b.patches, b.cut));
-        let (n, m) = (
-            a.complex.triangles.len() as f64,
-            b.complex.triangles.len() as f64,
-        );
-        assert!((n / m - 1.0).abs() <= slack, "{n} {m}");
+        assert_eq!(a.complex.nodes.len(), b.complex.nodes.len());
+        assert_eq!(a.complex.triangles.len(), b.complex.triangles.len());
     }
 }
 
@@ -248,4 +232,46 @@ fn old_triangles_stay_where_the_new_ones_fail() {
     assert!(!out.kept.is_empty());
     assert_eq!(out.complex.check(), vec![]);
     assert_eq!(out.complex.euler(), c.euler());
+}
+
+/// Where a cut is only a few edges from the next, two pieces could draw the same chord: one edge of four triangles.
+#[test]
+fn small_closed_things_keep_their_topology() {
+    for around in [3, 4, 5, 6, 8, 10] {
+        let c = shapes::tube(around, 12, 60.0);
+        let _ = run(&c, 60.0 / around as f64, &Stay);
+        let _ = run(&c, 20.0, &Stay);
+    }
+    for n in [1, 2, 3] {
+        let _ = run(&shapes::sphere(n, false), 14.0 / n as f64, &Stay);
+        let _ = run(&shapes::sphere(n, false), 30.0, &Stay);
+    }
+    for across in [3, 4, 6] {
+        let _ = run(
+            &shapes::torus(4 * across, across),
+            36.0 / across as f64,
+            &Stay,
+        );
+    }
+}
+
+#[test]
+fn two_pieces_that_draw_one_chord_both_step_back() {
+    // Two squares side by side, each meshed with a diagonal chord; renaming makes both chords join the same nodes.
+    let c = shapes::sheet(1, 1, |u, v| DVec3::new(u, v, 0.0));
+    let patch = patches(&c)[PatchId(0)].clone();
+    let mesh = Some(PatchMesh {
+        points: vec![],
+        triangles: patch.triangles.clone(),
+    });
+    let piece = || Piece {
+        patch: patch.clone(),
+        mesh: mesh.clone(),
+    };
+    let mut alone = [piece()];
+    drop_clashes(&mut alone);
+    assert!(alone[0].mesh.is_some());
+    let mut both = [piece(), piece()];
+    drop_clashes(&mut both);
+    assert!(both.iter().all(|p| p.mesh.is_none()));
 }

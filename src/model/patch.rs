@@ -221,7 +221,7 @@ mod tests {
     fn planted_faults_are_seen() {
         let mut turned = square();
         turned.triangles[1] = [0, 3, 2];
-        assert!(turned.check().contains(&PatchFault::BadEdge(3, 2)) || !turned.check().is_empty());
+        assert!(turned.check().contains(&PatchFault::BadEdge(2, 0)));
         let mut short = square();
         short.loops[0].pop();
         assert!(!short.check().is_empty());

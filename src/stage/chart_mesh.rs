@@ -13,6 +13,7 @@
 
 mod flip;
 mod front;
+mod polish;
 mod relax;
 mod surface;
 
@@ -76,6 +77,9 @@ pub fn triangulate(
     let surface = Surface::new(patch, chart);
     let fixed = FixedParts::new(patch);
     let mut points = fixed.points(patch, chart, |p| size(p, patch.wall));
+    points
+        .iter_mut()
+        .for_each(|p| p.size = surface.snap.value(p.size));
     let seeds = front::seeds(&surface, &points, &fixed.edges(), &|p| size(p, patch.wall));
     points.extend(seeds);
     let names: Vec<u32> = fixed
@@ -92,18 +96,21 @@ pub fn triangulate(
     check_area(patch, chart, &points, &triangles)?;
 
     let count = fixed.corners.len();
-    let positions: Vec<DVec3> = (points.iter().enumerate())
+    let mut positions: Vec<DVec3> = (points.iter().enumerate())
         .map(|(i, p)| match fixed.corners.get(i) {
             Some(&c) => patch.points[c as usize],
-            None => {
-                // Free points only ever move to places that have a spot.
-                let lifted = surface.locate(p.place).map(|s| surface.lift(&s));
-                let lifted = lifted.unwrap_or(DVec3::NAN);
-                placer.place(lifted, &[Support::Mid(patch.wall)])
-            }
+            // Free points only ever move to places that have a spot.
+            None => (surface.locate(p.place)).map_or(DVec3::NAN, |s| surface.lift(&s)),
         })
         .collect();
-    flip::flip(&points, &positions, count, &fixed.inner, &mut triangles);
+    // What a flip spoils for a point the next search mends; a third round gains nothing.
+    for _ in 0..2 {
+        flip::flip(&points, &positions, count, &fixed.inner, &mut triangles);
+        polish::polish(&surface, &mut points, &mut positions, count, &triangles);
+    }
+    for p in &mut positions[count..] {
+        *p = placer.place(*p, &[Support::Mid(patch.wall)]);
+    }
     check_turns(&surface, &points, &positions, &triangles)?;
 
     let corners = patch.nodes.len() as u32;

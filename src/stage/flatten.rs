@@ -5,7 +5,7 @@
 //!
 //! Tried in this order:
 //! 1. *plane*: projection to the mean plane, where that keeps the area;
-//! 2. *free*: least squares conformal map (Levy et al. 2002, doi:10.1145/566654.566590), then local-global steps towards an isometry
+//! 2. *free*: triangles unrolled one beside the other, or else the least squares conformal map (Levy et al. 2002, doi:10.1145/566654.566590), then local-global steps towards an isometry
 //!    (Liu et al. 2008, doi:10.1111/j.1467-8659.2008.01290.x): a developable patch keeps all lengths;
 //! 3. *disc*: discrete harmonic map (Pinkall & Polthier 1993, doi:10.1080/10586458.1993.10504266) of the longest loop to a circle, holes
 //!    filled by one virtual node each; where an obtuse triangle folds it, the same with positive weights, which cannot fold
@@ -207,7 +207,7 @@ fn distorted_share(patch: &Patch, chart: &Chart) -> f64 {
         let s = stretch(patch, chart, t);
         let growth = s.long * s.short;
         let good =
-            s.long <= ANISOTROPY * s.short && growth <= AREA_GROWTH && growth >= 1.0 / AREA_GROWTH;
+            s.long <= ANISOTROPY * s.short && (1.0 / AREA_GROWTH..=AREA_GROWTH).contains(&growth);
         all += area;
         bad += if good { 0.0 } else { area };
     }

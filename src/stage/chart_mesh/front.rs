@@ -58,7 +58,7 @@ pub(super) fn seeds(
         front.edge_grid.add(i as u32, middle, middle);
         front.longest = front.longest.max(a.distance(b));
     }
-    let mut queue: VecDeque<(u32, DVec3)> = VecDeque::new();
+    let mut queue: VecDeque<(u32, DVec2)> = VecDeque::new();
     for (e, both) in edges {
         front.apex(e[0], e[1], &mut queue);
         if *both {
@@ -83,9 +83,10 @@ struct Front<'a> {
 
 impl Front<'_> {
     /// Proposes the apex of the triangle on the left of an edge.
-    fn apex(&mut self, a: u32, b: u32, queue: &mut VecDeque<(u32, DVec3)>) {
+    fn apex(&mut self, a: u32, b: u32, queue: &mut VecDeque<(u32, DVec2)>) {
         let (p, q) = (self.points[a as usize].place, self.points[b as usize].place);
-        let middle = (p + q) / 2.0;
+        // Snapped first: a half of the grid's width plus noise would round either way.
+        let middle = self.surface.snap.place((p + q) / 2.0);
         // A little to the left, so that the triangle found is on this side.
         let inside = middle + 1e-3 * (q - p).perp();
         let Some(spot) = self.surface.locate(inside) else {
@@ -99,21 +100,24 @@ impl Front<'_> {
             .sqrt();
         let up = self.surface.flat_normal(spot.triangle).cross(along) / length;
         let step = self.surface.pull(spot.triangle, up * height);
-        self.propose(middle + step, length, along, queue);
+        self.propose(middle + step, length, q - p, queue);
     }
 
     /// Proposes the six neighbours of a point.
-    fn around(&mut self, from: u32, direction: DVec3, queue: &mut VecDeque<(u32, DVec3)>) {
+    fn around(&mut self, from: u32, direction: DVec2, queue: &mut VecDeque<(u32, DVec2)>) {
         let Point { place, size } = self.points[from as usize];
         let Some(spot) = self.surface.locate(place) else {
             return;
         };
         let normal = self.surface.flat_normal(spot.triangle);
-        let along = direction.reject_from_normalized(normal).normalize_or_zero();
+        let along = self
+            .surface
+            .push(spot.triangle, direction)
+            .normalize_or_zero();
         for k in 0..6 {
             let way = DQuat::from_axis_angle(normal, FRAC_PI_3 * k as f64) * along;
             let step = self.surface.pull(spot.triangle, way * size);
-            self.propose(place + step, size, way, queue);
+            self.propose(place + step, size, step, queue);
         }
     }
 
@@ -122,8 +126,8 @@ impl Front<'_> {
         &mut self,
         place: DVec2,
         parent: f64,
-        direction: DVec3,
-        queue: &mut VecDeque<(u32, DVec3)>,
+        direction: DVec2,
+        queue: &mut VecDeque<(u32, DVec2)>,
     ) {
         let place = self.surface.snap.place(place);
         let Some(spot) = self.surface.locate(place) else {

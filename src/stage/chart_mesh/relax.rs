@@ -10,7 +10,7 @@ use crate::geom::cdt::triangulate_region;
 use glam::DVec2;
 
 /// Rounds of triangulating and moving; the gain in the least angle is below a degree beyond these.
-const ROUNDS: usize = 12;
+const ROUNDS: usize = 9;
 
 /// Rounds after which points are taken away and added: late enough to see the settled density, early enough to settle again.
 const REPAIRS: [usize; 3] = [2, 4, 7];
@@ -63,7 +63,7 @@ pub(super) fn relax(
 }
 
 /// The triangles round every point.
-fn rings(count: usize, triangles: &[[u32; 3]]) -> (Vec<u32>, Vec<u32>) {
+pub(super) fn rings(count: usize, triangles: &[[u32; 3]]) -> (Vec<u32>, Vec<u32>) {
     let mut start = vec![0u32; count + 1];
     for t in triangles.iter().flatten() {
         start[*t as usize + 1] += 1;
@@ -98,8 +98,8 @@ fn move_free(surface: &Surface, fixed: usize, points: &mut [Point], triangles: &
             let growth = surface
                 .locate(middle)
                 .map_or(1.0, |s| surface.growth(s.triangle));
-            // In the plane a density of size^-4 gives cells of that size.
-            let mass = (b - a).perp_dot(c - a) * growth / size.powi(4);
+            // Cells of the wanted size ask for size^-4; half the exponent keeps triangles good where sizes grow fast.
+            let mass = (b - a).perp_dot(c - a) * growth / size.powi(2);
             sum += mass * middle;
             total += mass;
         }
@@ -147,6 +147,16 @@ fn repair(
     let mut gone = vec![false; points.len()];
     let mut touched = vec![false; points.len()];
     let mut added = Vec::new();
+    // Three or four triangles round a point have angles of 90 degrees and more there.
+    let (start, ring) = rings(points.len(), triangles);
+    for i in fixed..points.len() {
+        let own = &ring[start[i] as usize..start[i + 1] as usize];
+        let corners = || own.iter().flat_map(|t| triangles[*t as usize]);
+        if own.len() < 5 && corners().all(|c| !touched[c as usize]) {
+            gone[i] = true;
+            corners().for_each(|c| touched[c as usize] = true);
+        }
+    }
     for [a, b] in inner {
         let (p, q) = (points[a as usize], points[b as usize]);
         let middle = surface.snap.place((p.place + q.place) / 2.0);

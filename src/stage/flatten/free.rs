@@ -6,6 +6,11 @@ use crate::geom::snap::Snap;
 use crate::model::patch::Patch;
 use crate::solve::{SolveError, SpdSolver};
 use glam::DVec2;
+use std::collections::VecDeque;
+
+/// Change of length by which an unrolled triangle may miss its place, and share of the area that may miss by more: local-global steps
+/// take so much away within their number.
+const MISFIT: f64 = 0.05;
 
 /// Most local-global steps; the chart need not be the optimum, only without folds and nearly isometric.
 const STEPS: usize = 20;
@@ -16,9 +21,73 @@ const GAIN: f64 = 1e-3;
 /// A map of least change of lengths.
 pub(super) fn isometric(patch: &Patch, shapes: &[Shape]) -> Result<Vec<DVec2>, SolveError> {
     let laplacian = shape::laplacian(patch, shapes);
-    let start = conformal(patch, &laplacian)?;
+    let start = match unrolled(patch, shapes) {
+        Some(places) => places,
+        None => conformal(patch, &laplacian)?,
+    };
     let start = shape::scaled(patch, start, patch.area());
     local_global(patch, shapes, &laplacian, start)
+}
+
+/// Triangles laid down one beside the other, from the first one outwards; `None` unless they fit together well, as they do for a
+/// developable patch. Spares the twice as large system of the conformal map.
+fn unrolled(patch: &Patch, shapes: &[Shape]) -> Option<Vec<DVec2>> {
+    let mut sides: Vec<([u32; 2], u32, u8)> = Vec::with_capacity(3 * shapes.len());
+    for (t, c) in patch.triangles.iter().enumerate() {
+        for k in 0..3 {
+            let (a, b) = (c[k], c[(k + 1) % 3]);
+            sides.push(([a.min(b), a.max(b)], t as u32, k as u8));
+        }
+    }
+    sides.sort_unstable();
+    let mut across = vec![[None; 3]; shapes.len()];
+    for pair in sides.windows(2) {
+        let ((e, t, k), (f, u, j)) = (pair[0], pair[1]);
+        if e == f {
+            across[t as usize][k as usize] = Some((u, j));
+            across[u as usize][j as usize] = Some((t, k));
+        }
+    }
+    let mut places = vec![DVec2::NAN; patch.nodes.len()];
+    // Turns are handed on from triangle to triangle: got from the places instead, errors would grow geometrically.
+    let mut turns: Vec<Option<DVec2>> = vec![None; shapes.len()];
+    let mut queue = VecDeque::from([0u32]);
+    turns[0] = Some(DVec2::X);
+    places[patch.triangles.first()?[0] as usize] = DVec2::ZERO;
+    let (mut misfit, mut area) = (0.0, 0.0);
+    while let Some(t) = queue.pop_front() {
+        let (corners, shape) = (patch.triangles[t as usize], &shapes[t as usize]);
+        let turn = turns[t as usize]?;
+        let known = (0..3).find(|&k| places[corners[k] as usize].is_finite())?;
+        let mut fits = true;
+        for k in 0..3 {
+            let wanted =
+                places[corners[known] as usize] + turn.rotate(shape.flat[k] - shape.flat[known]);
+            let place = &mut places[corners[k] as usize];
+            if place.is_nan() {
+                *place = wanted;
+            }
+            fits &= place.distance(wanted) <= MISFIT * shape.flat[1].x.max(shape.flat[2].length());
+        }
+        let own = shape.flat[1].perp_dot(shape.flat[2]);
+        area += own;
+        misfit += if fits { 0.0 } else { own };
+        for (k, next) in across[t as usize].iter().enumerate() {
+            if let Some((u, j)) = *next
+                && turns[u as usize].is_none()
+            {
+                let j = j as usize;
+                let other = &shapes[u as usize].flat;
+                let here = shape.flat[(k + 1) % 3] - shape.flat[k];
+                // The neighbour runs along the common edge the other way.
+                let there = other[j] - other[(j + 1) % 3];
+                let own = DVec2::new(there.dot(here), there.perp_dot(here));
+                turns[u as usize] = Some(turn.rotate(own).normalize_or(DVec2::X));
+                queue.push_back(u);
+            }
+        }
+    }
+    (misfit <= MISFIT * area && places.iter().all(|p| p.is_finite())).then_some(places)
 }
 
 /// Least squares conformal map: Dirichlet energy less area, two corners given, distance between them kept.
@@ -103,8 +172,8 @@ fn local_global(
                 right[c[i] as usize] -= s.cot[k] / 2.0 * wanted;
             }
         }
-        // Below rounding there is nothing left to gain.
-        if energy <= 1e-20 * size || before - energy < GAIN * before {
+        // Lengths right to 1e-9 are right.
+        if energy <= 1e-18 * size || before - energy < GAIN * before {
             break;
         }
         before = energy;

@@ -149,8 +149,8 @@ impl Soup {
     fn fans(&self) -> Vec<u32> {
         let mut root: Vec<u32> = (0..3 * self.corners.len() as u32).collect();
         for (t, links) in self.links.iter().enumerate() {
-            for k in 0..3 {
-                let Some(l) = links[k] else { continue };
+            for (k, link) in links.iter().enumerate() {
+                let Some(l) = *link else { continue };
                 let (u, j) = (l.triangle as usize, l.edge as usize);
                 for (a, b) in [
                     (3 * t + k, 3 * u + (j + 1) % 3),
@@ -173,8 +173,8 @@ impl Soup {
     fn loops(&self, triangles: &[[u32; 3]], points: &[DVec3]) -> (Vec<Vec<u32>>, Vec<bool>) {
         let mut next = vec![u32::MAX; points.len()];
         for (t, links) in self.links.iter().enumerate() {
-            for k in 0..3 {
-                if links[k].is_none() {
+            for (k, link) in links.iter().enumerate() {
+                if link.is_none() {
                     next[triangles[t][k] as usize] = triangles[t][(k + 1) % 3];
                 }
             }
