@@ -154,8 +154,13 @@ impl Guides {
         match self.spot(n) {
             Some(spot) => {
                 let g = &self.all[spot.guide];
+                // Straight pieces have no limit: infinite ends cannot be interpolated.
                 let (i, f) = g.locate(spot.at);
-                g.limit[i] * (1.0 - f) + g.limit[i + 1] * f
+                if f > 0.0 {
+                    g.limit[i].min(g.limit[i + 1])
+                } else {
+                    g.limit[i]
+                }
             }
             None => self
                 .guides_at(n)

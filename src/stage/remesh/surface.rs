@@ -2,6 +2,7 @@
 //!
 //! Only topology and bookkeeping; whether an edit is wise is for the callers to know.
 
+use super::shape::{may_turn, signed_quality};
 use crate::model::complex::{MidComplex, MidNode, MidTriangle, Supports};
 use crate::model::ids::{IndexVec, NodeId, TriangleId};
 use glam::DVec3;
@@ -307,24 +308,24 @@ impl Surface {
         self.points.len()
     }
 
-    /// Least quality of the triangles at a node, with the node at `p`; `None` where one would turn over.
+    /// Least signed quality of the triangles at a node, with the node at `p`; `None` where one would turn over.
     pub fn quality_at(&self, n: NodeId, p: DVec3) -> Option<f64> {
         let mut least = f64::INFINITY;
         for &t in &self.stars[n] {
             let new = self.corners_with(t, n, p);
-            if !super::shape::may_turn(self.corners(t), new, self.reference[t]) {
+            if !may_turn(self.corners(t), new, self.reference[t]) {
                 return None;
             }
-            least = least.min(super::shape::quality(new));
+            least = least.min(signed_quality(new, self.reference[t]));
         }
         Some(least)
     }
 
-    /// Least quality of the triangles at a node.
+    /// Least signed quality of the triangles at a node.
     pub fn quality_now(&self, n: NodeId) -> f64 {
         self.stars[n]
             .iter()
-            .map(|&t| super::shape::quality(self.corners(t)))
+            .map(|&t| signed_quality(self.corners(t), self.reference[t]))
             .fold(f64::INFINITY, f64::min)
     }
 

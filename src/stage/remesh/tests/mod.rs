@@ -149,3 +149,35 @@ fn the_checks_of_these_tests_fail_on_planted_defects() {
     torn.triangles = triangles.into();
     assert_ne!(forms::topology(&torn), forms::topology(&c));
 }
+
+#[test]
+fn dbg_raw() {
+    use super::*;
+    for (name, (c, forms)) in [("plate", plate(30, 20)), ("tee", tee(12)), ("tube", tube(60, 30)), ("washer", washer(120, 20)), ("book", book(&[0.0, 50.0, 120.0, 200.0, 290.0], 12))] {
+        let raw = roughen(c, &forms, 6000, 0.05);
+        let cl = clean(raw.clone(), &|_, _| 0.15, &forms);
+        println!("{name} raw {} {:?}", raw.triangles.len(), quality(&raw, &forms));
+        println!("{name} clean {} {:?}", cl.triangles.len(), quality(&cl, &forms));
+        let options = RemeshOptions::default();
+        let mut job = start(cl, &forms, &options);
+        job.refresh_references();
+        let field = |_: DVec3, _: WallId| 0.15;
+        job.size = sizes::raw(&job, &field);
+        trace(&mut job, &|_| 0.25 * 0.15, &|_| 0.15);
+        let mut why = std::collections::BTreeMap::new();
+        for [a, b] in job.surface.edges() {
+            if job.ratio(a, b) < 1.0 {
+                let (ca, cb) = (job.surface.class[a], job.surface.class[b]);
+                let topo = contract::keeps_topology(&job.surface, a, b) || contract::keeps_topology(&job.surface, b, a);
+                let out = [contract::outcome(&job, a, b, Bounds::clean()), contract::outcome(&job, b, a, Bounds::clean())];
+                let mag = job.ratio(a, b).log10().floor() as i32;
+                *why.entry(format!("{ca:?} {cb:?} topo {topo} out {:?} mag {mag}", out.map(|x| x.is_some()))).or_insert(0) += 1;
+            }
+        }
+        for (k, n) in why { println!("   {n} {k}"); }
+        for (what, c) in [("clean", &job.surface.clone().finish()), ("raw", &raw)] {
+            let (out, st) = remesh(c.clone(), &|_, _| 0.6, &forms, &options);
+            println!("{name} from {what} {} {:?} {st:?}", out.triangles.len(), quality(&out, &forms));
+        }
+    }
+}
