@@ -16,11 +16,22 @@ const MOST: usize = 20;
 
 /// Flips until no edge gains.
 pub(super) fn flip_all(job: &mut Job) {
+    flip_below(job, f64::INFINITY);
+}
+
+/// Flips until no edge gains at which a triangle's signed quality is below `limit`.
+pub(super) fn flip_below(job: &mut Job, limit: f64) {
     let mut queue: VecDeque<[NodeId; 2]> = job.surface.edges().into();
     let mut left = MOST * queue.len();
     while let Some([a, b]) = queue.pop_front() {
         if left == 0 {
             break;
+        }
+        let poor = |t: TriangleId| {
+            signed_quality(job.surface.corners(t), job.surface.reference[t]) < limit
+        };
+        if !job.surface.around(a, b).into_iter().any(poor) {
+            continue;
         }
         let Some((pair, _)) = gain(&job.surface, a, b) else {
             continue;

@@ -100,6 +100,8 @@ const REACH: f64 = 0.1;
 const CLEAN_SLACK: f64 = 0.25;
 /// Passes of cleaning; each cap that goes can make a short edge, few need more than two.
 const CLEAN_PASSES: usize = 6;
+/// Signed quality below which cleaning flips: needles and folded triangles, which keep short edges from going.
+const CRUMPLED: f64 = 0.2;
 /// Smoothing steps in a round: more help little before the next splits and contractions.
 const SMOOTHINGS: usize = 3;
 
@@ -181,7 +183,10 @@ pub fn clean(
     trace(&mut job, &|n| CLEAN_SLACK * size_at[n], &|n| size_at[n]);
     for _ in 0..CLEAN_PASSES {
         contract::contract_short(&mut job, Bounds::clean());
-        if caps::remove_caps(&mut job) == 0 {
+        let before = job.stats;
+        flip::flip_below(&mut job, CRUMPLED);
+        caps::remove_caps(&mut job);
+        if job.stats == before {
             break;
         }
         job.refresh_references();

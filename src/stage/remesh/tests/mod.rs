@@ -178,6 +178,15 @@ fn dbg_raw() {
         for (what, c) in [("clean", &job.surface.clone().finish()), ("raw", &raw)] {
             let (out, st) = remesh(c.clone(), &|_, _| 0.6, &forms, &options);
             println!("{name} from {what} {} {:?} {st:?}", out.triangles.len(), quality(&out, &forms));
+            let mut k = start(out.clone(), &forms, &options);
+            k.size = sizes::raw(&k, &|_, _| 0.6);
+            trace(&mut k, &|_| 0.01, &|_| 0.06);
+            for t in k.surface.live_triangles() {
+                if polish::is_bad(k.surface.corners(t)) {
+                    let n = k.surface.triangle(t).nodes;
+                    println!("   bad {:?} {:?} {:?}", n.map(|n| k.surface.class[n]), n.map(|n| k.surface.points[n]), n.map(|n| k.guides.limit(n)));
+                }
+            }
         }
     }
 }
