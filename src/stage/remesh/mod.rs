@@ -141,7 +141,7 @@ pub fn remesh(
         })
         .collect();
     let size_at = job.size.clone();
-    trace(&mut job, &|n| slack[n], &|n| REACH * size_at[n]);
+    trace(&mut job, &|n| slack[n], &|n| REACH * size_at[n], true);
     sizes::renew(&mut job, size, false);
     contract::contract_short(&mut job, Bounds::remesh());
     flip::flip_all(&mut job);
@@ -180,7 +180,7 @@ pub fn clean(
     job.refresh_references();
     job.size = sizes::raw(&job, shortest);
     let size_at = job.size.clone();
-    trace(&mut job, &|n| CLEAN_SLACK * size_at[n], &|n| size_at[n]);
+    trace(&mut job, &|n| CLEAN_SLACK * size_at[n], &|n| size_at[n], false);
     for _ in 0..CLEAN_PASSES {
         contract::contract_short(&mut job, Bounds::clean());
         let before = job.stats;
@@ -209,11 +209,17 @@ fn start<'a>(
     }
 }
 
-/// Classifies the nodes and records the feature curves.
-fn trace(job: &mut Job, slack: &dyn Fn(NodeId) -> f64, reach: &dyn Fn(NodeId) -> f64) {
+/// Classifies the nodes and records the feature curves; `exact`: as the placer has them, not as the edges have them.
+fn trace(
+    job: &mut Job,
+    slack: &dyn Fn(NodeId) -> f64,
+    reach: &dyn Fn(NodeId) -> f64,
+    exact: bool,
+) {
     let chains = strata::classify(&mut job.surface, job.options.crease_angle, reach);
-    let size = &job.size;
-    job.guides = Guides::new(
+    let (size, held) = (&job.size, &*job);
+    let onto = |[a, b]: [NodeId; 2], p: DVec3| held.placer.place(p, &held.middle_supports(a, b));
+    let guides = Guides::new(
         &job.surface,
         &chains,
         &GuideRules {
@@ -221,7 +227,9 @@ fn trace(job: &mut Job, slack: &dyn Fn(NodeId) -> f64, reach: &dyn Fn(NodeId) ->
             slack,
             floor: &|n| sizes::FLOOR * size[n],
             reach,
+            onto: exact.then_some(&onto),
             growth: job.options.gradation - 1.0,
         },
     );
+    job.guides = guides;
 }

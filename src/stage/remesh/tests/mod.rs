@@ -17,6 +17,7 @@ fn at_size(complex: &MidComplex, forms: &Forms, size: f64) -> MidComplex {
 /// Whether edge lengths are as asked for, on the mean.
 fn assert_size(c: &MidComplex, size: f64) {
     let edges = c.edges();
+    println!("{}", c.triangles.len());
     let mean = edges
         .iter()
         .map(|e| c.nodes[e.ends[0]].point.distance(c.nodes[e.ends[1]].point))
@@ -163,7 +164,7 @@ fn dbg_raw() {
         job.refresh_references();
         let field = |_: DVec3, _: WallId| 0.15;
         job.size = sizes::raw(&job, &field);
-        trace(&mut job, &|_| 0.25 * 0.15, &|_| 0.15);
+        trace(&mut job, &|_| 0.25 * 0.15, &|_| 0.15, false);
         let mut why = std::collections::BTreeMap::new();
         for [a, b] in job.surface.edges() {
             if job.ratio(a, b) < 1.0 {
@@ -180,7 +181,7 @@ fn dbg_raw() {
             println!("{name} from {what} {} {:?} {st:?}", out.triangles.len(), quality(&out, &forms));
             let mut k = start(out.clone(), &forms, &options);
             k.size = sizes::raw(&k, &|_, _| 0.6);
-            trace(&mut k, &|_| 0.01, &|_| 0.06);
+            trace(&mut k, &|_| 0.01, &|_| 0.06, true);
             for t in k.surface.live_triangles() {
                 if polish::is_bad(k.surface.corners(t)) {
                     let n = k.surface.triangle(t).nodes;
