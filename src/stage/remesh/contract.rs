@@ -6,7 +6,6 @@
 
 use super::job::Job;
 use super::shape::{may_turn, quality, signed_quality};
-use super::split::LONGEST;
 use super::surface::{Class, Surface, key};
 use crate::model::ids::{NodeId, TriangleId};
 use glam::DVec3;
@@ -24,6 +23,13 @@ const TURN_SHARE: f64 = 0.75;
 const KNOT: f64 = 0.5;
 /// A triangle whose sides are below this share of the wanted length is noise: where its normal points means nothing.
 const SPECK: f64 = 0.2;
+
+/// Ends this near are one point at the scale of the mesh: only triangles flatter than that can turn over when they merge, and those are
+/// for flips to mend.
+const DUST: f64 = 0.05;
+/// New edges may be longer than those that are split: they even out when the nodes about them move. With the shorter bound, meshes that come
+/// from finer ones keep a quarter too many nodes.
+const STRETCHED: f64 = 1.5;
 
 /// What a contraction must keep to.
 #[derive(Clone, Copy, Debug)]
@@ -43,7 +49,7 @@ impl Bounds {
     pub fn remesh() -> Self {
         Self {
             shorter_than: SHORTEST,
-            longest: LONGEST,
+            longest: STRETCHED,
             deviation: 1.0,
             knots: false,
         }
@@ -101,7 +107,9 @@ fn entry(job: &Job, a: NodeId, b: NodeId, bounds: Bounds) -> Option<Reverse<(u64
 fn choose(job: &Job, a: NodeId, b: NodeId, bounds: Bounds) -> Option<(NodeId, NodeId)> {
     let rate = |gone, kept| {
         let quality = outcome(job, gone, kept, bounds)?;
-        let least = if bounds.knots {
+        let least = if bounds.knots && job.ratio(gone, kept) < DUST {
+            -1.0
+        } else if bounds.knots {
             knot_quality(job, gone)
         } else {
             FAIR.min(job.surface.quality_now(gone))
@@ -154,7 +162,7 @@ pub(super) fn outcome(job: &Job, gone: NodeId, kept: NodeId, bounds: Bounds) -> 
             }
         }
     }
-    (turned <= 0).then_some(least)
+    (turned <= 0 || job.ratio(gone, kept) < DUST).then_some(least)
 }
 
 /// Signed quality of a triangle; without the sign where it is a speck.
