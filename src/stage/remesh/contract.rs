@@ -6,9 +6,11 @@
 
 use super::job::Job;
 use super::shape::{may_turn, quality, signed_quality};
+use super::split::LONGEST;
 use super::surface::{Class, Surface, key};
 use crate::model::ids::{NodeId, TriangleId};
 use glam::DVec3;
+use rayon::prelude::*;
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
@@ -45,11 +47,18 @@ pub(super) struct Bounds {
 }
 
 impl Bounds {
+    /// Those of the first rounds of remeshing.
+    pub fn stretched() -> Self {
+        Self {
+            longest: STRETCHED,
+            ..Self::remesh()
+        }
+    }
     /// Those of remeshing.
     pub fn remesh() -> Self {
         Self {
             shorter_than: SHORTEST,
-            longest: STRETCHED,
+            longest: LONGEST,
             deviation: 1.0,
             knots: false,
         }
@@ -77,12 +86,13 @@ pub(super) fn contract_short(job: &mut Job, bounds: Bounds) {
 }
 
 fn sweep(job: &mut Job, bounds: Bounds) {
-    let mut heap: BinaryHeap<Reverse<(u64, NodeId, NodeId)>> = job
+    let short: Vec<Reverse<(u64, NodeId, NodeId)>> = job
         .surface
         .edges()
-        .into_iter()
+        .into_par_iter()
         .filter_map(|[a, b]| entry(job, a, b, bounds))
         .collect();
+    let mut heap = BinaryHeap::from(short);
     while let Some(Reverse((k, a, b))) = heap.pop() {
         // Entries of edges that are gone or changed are stale; the change has put in new ones.
         if job.surface.around(a, b).is_empty() || k != key(job.ratio(a, b)) {

@@ -5,6 +5,7 @@ use super::shape::{area_vector, signed_quality};
 use super::surface::Surface;
 use crate::model::ids::{NodeId, TriangleId};
 use glam::DVec3;
+use rayon::prelude::*;
 use std::collections::VecDeque;
 
 /// Cosine of the sharpest fold over which an edge is flipped: 45 degrees. Across a sharper one the flip would cut the fold off.
@@ -21,16 +22,25 @@ pub(super) fn flip_all(job: &mut Job) {
 
 /// Flips until no edge gains at which a triangle's signed quality is below `limit`.
 pub(super) fn flip_below(job: &mut Job, limit: f64) {
-    let mut queue: VecDeque<[NodeId; 2]> = job.surface.edges().into();
-    let mut left = MOST * queue.len();
+    let surface = &job.surface;
+    let poor = |surface: &Surface, [a, b]: [NodeId; 2]| {
+        limit == f64::INFINITY
+            || surface.around(a, b).into_iter().any(|t| {
+                signed_quality(surface.corners(t), surface.reference[t]) < limit
+            })
+    };
+    let edges = surface.edges();
+    let mut left = MOST * edges.len();
+    let mut queue: VecDeque<[NodeId; 2]> = edges
+        .into_par_iter()
+        .filter(|&[a, b]| poor(surface, [a, b]) && gain(surface, a, b).is_some())
+        .collect::<Vec<_>>()
+        .into();
     while let Some([a, b]) = queue.pop_front() {
         if left == 0 {
             break;
         }
-        let poor = |t: TriangleId| {
-            signed_quality(job.surface.corners(t), job.surface.reference[t]) < limit
-        };
-        if !job.surface.around(a, b).into_iter().any(poor) {
+        if !poor(&job.surface, [a, b]) {
             continue;
         }
         let Some((pair, _)) = gain(&job.surface, a, b) else {

@@ -102,6 +102,8 @@ const CLEAN_SLACK: f64 = 0.25;
 const CLEAN_PASSES: usize = 6;
 /// Signed quality below which cleaning flips: needles and folded triangles, which keep short edges from going.
 const CRUMPLED: f64 = 0.2;
+/// One split or contraction for this many triangles in a round: the mesh has settled, and more rounds only shift nodes.
+const SETTLED: usize = 500;
 /// Smoothing steps in a round: more help little before the next splits and contractions.
 const SMOOTHINGS: usize = 3;
 
@@ -143,15 +145,27 @@ pub fn remesh(
     let size_at = job.size.clone();
     trace(&mut job, &|n| slack[n], &|n| REACH * size_at[n], true);
     sizes::renew(&mut job, size, false);
-    contract::contract_short(&mut job, Bounds::remesh());
-    flip::flip_all(&mut job);
+    uncrumple(&mut job, Bounds::stretched());
     for round in 0..options.rounds {
         job.refresh_references();
         sizes::renew(&mut job, size, round > 0);
+        let before = job.stats;
         split::split_long(&mut job);
-        contract::contract_short(&mut job, Bounds::remesh());
+        flip::flip_all(&mut job);
+        // Stretched edges would be split and contracted in turn for ever: the second half of the rounds settles.
+        let bounds = if 2 * round < options.rounds {
+            Bounds::stretched()
+        } else {
+            Bounds::remesh()
+        };
+        contract::contract_short(&mut job, bounds);
         flip::flip_all(&mut job);
         smooth::smooth(&mut job, SMOOTHINGS);
+        let changes = job.stats.splits + job.stats.contractions
+            - (before.splits + before.contractions);
+        if 2 * round >= options.rounds && changes * SETTLED < job.surface.live_triangles().count() {
+            break;
+        }
     }
     job.refresh_references();
     flip::flip_all(&mut job);
@@ -181,17 +195,22 @@ pub fn clean(
     job.size = sizes::raw(&job, shortest);
     let size_at = job.size.clone();
     trace(&mut job, &|n| CLEAN_SLACK * size_at[n], &|n| size_at[n], false);
+    uncrumple(&mut job, Bounds::clean());
+    job.surface.finish()
+}
+
+/// Contracts what is short, and what a contraction cannot take, flips; over and over until nothing gives.
+fn uncrumple(job: &mut Job, bounds: Bounds) {
     for _ in 0..CLEAN_PASSES {
-        contract::contract_short(&mut job, Bounds::clean());
+        contract::contract_short(job, bounds);
         let before = job.stats;
-        flip::flip_below(&mut job, CRUMPLED);
-        caps::remove_caps(&mut job);
+        flip::flip_below(job, CRUMPLED);
+        caps::remove_caps(job);
         if job.stats == before {
             break;
         }
         job.refresh_references();
     }
-    job.surface.finish()
 }
 
 fn start<'a>(

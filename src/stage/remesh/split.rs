@@ -11,8 +11,10 @@ use rayon::prelude::*;
 
 /// Edges longer than this times the wanted length are split: then both halves are nearer to it than the whole was (Botsch & Kobbelt 2004).
 pub(super) const LONGEST: f64 = 4.0 / 3.0;
-/// Each pass halves the long edges; 24 halve them by 16 million, more than any raw edge needs.
-const PASSES: usize = 24;
+/// Sides this much longer still count as equal: of an equilateral triangle all may be split in one pass.
+const TIE: f64 = 1.02;
+/// Each pass splits the longest edges of all places; a bound for size fields that no splits can follow.
+const PASSES: usize = 100;
 
 /// A new node on an edge.
 pub(super) struct Middle {
@@ -32,7 +34,7 @@ pub(super) fn split_long(job: &mut Job) {
             .into_par_iter()
             .filter_map(|[a, b]| {
                 let ratio = job.ratio(a, b);
-                let over = ratio > LONGEST || (ratio > 0.2 && strays(job, a, b));
+                let over = (ratio > LONGEST && leads(job, a, b)) || (ratio > 0.2 && strays(job, a, b));
                 over.then(|| (key(ratio), [a, b]))
             })
             .collect();
@@ -46,6 +48,16 @@ pub(super) fn split_long(job: &mut Job) {
             apply(job, edge, new);
         }
     }
+}
+
+/// Whether no triangle at an edge has a side that needs a split more: where all sides of a triangle are split at once, too many nodes come
+/// of it, which contractions then take out again.
+fn leads(job: &Job, a: NodeId, b: NodeId) -> bool {
+    let most = TIE * job.ratio(a, b);
+    job.surface.around(a, b).into_iter().all(|t| {
+        let c = job.surface.apex(t, a, b);
+        job.ratio(a, c) <= most && job.ratio(b, c) <= most
+    })
 }
 
 /// Whether a feature edge leaves its curve by more than allowed.

@@ -4,8 +4,9 @@
 
 use super::shape::{may_turn, signed_quality};
 use crate::model::complex::{MidComplex, MidNode, MidTriangle, Supports};
-use crate::model::ids::{IndexVec, NodeId, TriangleId};
+use crate::model::ids::{Id, IndexVec, NodeId, TriangleId};
 use glam::DVec3;
+use rayon::prelude::*;
 use smallvec::SmallVec;
 
 /// What a node may do.
@@ -213,16 +214,14 @@ impl Surface {
 
     /// All edges, sorted.
     pub fn edges(&self) -> Vec<[NodeId; 2]> {
-        let mut all = Vec::new();
-        for a in self.live_nodes() {
-            all.extend(
-                self.neighbours(a)
-                    .into_iter()
-                    .filter(|&b| a < b)
-                    .map(|b| [a, b]),
-            );
-        }
-        all
+        (0..self.points.len())
+            .into_par_iter()
+            .flat_map_iter(|i| {
+                let a = NodeId::new(i);
+                let near = self.neighbours(a).into_iter();
+                near.filter(move |&b| a < b).map(move |b| [a, b])
+            })
+            .collect()
     }
 
     /// Puts a new node on edge `a`-`b`, which splits every triangle round it.

@@ -17,7 +17,6 @@ fn at_size(complex: &MidComplex, forms: &Forms, size: f64) -> MidComplex {
 /// Whether edge lengths are as asked for, on the mean.
 fn assert_size(c: &MidComplex, size: f64) {
     let edges = c.edges();
-    println!("{}", c.triangles.len());
     let mean = edges
         .iter()
         .map(|e| c.nodes[e.ends[0]].point.distance(c.nodes[e.ends[1]].point))
@@ -152,42 +151,18 @@ fn the_checks_of_these_tests_fail_on_planted_defects() {
 }
 
 #[test]
-fn dbg_raw() {
-    use super::*;
-    for (name, (c, forms)) in [("plate", plate(30, 20)), ("tee", tee(12)), ("tube", tube(60, 30)), ("washer", washer(120, 20)), ("book", book(&[0.0, 50.0, 120.0, 200.0, 290.0], 12))] {
-        let raw = roughen(c, &forms, 6000, 0.05);
-        let cl = clean(raw.clone(), &|_, _| 0.15, &forms);
-        println!("{name} raw {} {:?}", raw.triangles.len(), quality(&raw, &forms));
-        println!("{name} clean {} {:?}", cl.triangles.len(), quality(&cl, &forms));
-        let options = RemeshOptions::default();
-        let mut job = start(cl, &forms, &options);
-        job.refresh_references();
-        let field = |_: DVec3, _: WallId| 0.15;
-        job.size = sizes::raw(&job, &field);
-        trace(&mut job, &|_| 0.25 * 0.15, &|_| 0.15, false);
-        let mut why = std::collections::BTreeMap::new();
-        for [a, b] in job.surface.edges() {
-            if job.ratio(a, b) < 1.0 {
-                let (ca, cb) = (job.surface.class[a], job.surface.class[b]);
-                let topo = contract::keeps_topology(&job.surface, a, b) || contract::keeps_topology(&job.surface, b, a);
-                let out = [contract::outcome(&job, a, b, Bounds::clean()), contract::outcome(&job, b, a, Bounds::clean())];
-                let mag = job.ratio(a, b).log10().floor() as i32;
-                *why.entry(format!("{ca:?} {cb:?} topo {topo} out {:?} mag {mag}", out.map(|x| x.is_some()))).or_insert(0) += 1;
-            }
-        }
-        for (k, n) in why { println!("   {n} {k}"); }
-        for (what, c) in [("clean", &job.surface.clone().finish()), ("raw", &raw)] {
-            let (out, st) = remesh(c.clone(), &|_, _| 0.6, &forms, &options);
-            println!("{name} from {what} {} {:?} {st:?}", out.triangles.len(), quality(&out, &forms));
-            let mut k = start(out.clone(), &forms, &options);
-            k.size = sizes::raw(&k, &|_, _| 0.6);
-            trace(&mut k, &|_| 0.01, &|_| 0.06, true);
-            for t in k.surface.live_triangles() {
-                if polish::is_bad(k.surface.corners(t)) {
-                    let n = k.surface.triangle(t).nodes;
-                    println!("   bad {:?} {:?} {:?}", n.map(|n| k.surface.class[n]), n.map(|n| k.surface.points[n]), n.map(|n| k.guides.limit(n)));
-                }
-            }
+fn dbg_time() {
+    for (name, (c, forms), size) in [("tube", tube(500, 110), 0.055), ("plate", plate(250, 200), 0.035)] {
+        for threads in [1] {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        let t = std::time::Instant::now();
+        let (out, st) = pool.install(|| remesh(c.clone(), &|_, _| size, &forms, &RemeshOptions::default()));
+        println!("{name} {threads} {} -> {} in {:?} {:?} {st:?}", c.triangles.len(), out.triangles.len(), t.elapsed(), quality(&out, &forms));
+        let t = std::time::Instant::now();
+        let out = pool.install(|| clean(c.clone(), &|_, _| size*0.3, &forms));
+        println!("{name} {threads} clean -> {} in {:?}", out.triangles.len(), t.elapsed());
+        let (out, st) = pool.install(|| remesh(out.clone(), &|_, _| size, &forms, &RemeshOptions::default()));
+        println!("{name} {threads} clean and remesh {} -> {} {:?} {st:?}", c.triangles.len(), out.triangles.len(), quality(&out, &forms));
         }
     }
 }
