@@ -172,7 +172,13 @@ pub(super) fn outcome(job: &Job, gone: NodeId, kept: NodeId, bounds: Bounds) -> 
             }
         }
     }
-    (turned <= 0 || job.ratio(gone, kept) < DUST).then_some(least)
+    match turned {
+        _ if job.ratio(gone, kept) < DUST => Some(least),
+        // Fewer folded triangles than before are worth any shape.
+        ..0 => Some(least.max(FAIR)),
+        0 => Some(least),
+        _ => None,
+    }
 }
 
 /// Signed quality of a triangle; without the sign where it is a speck.

@@ -152,8 +152,8 @@ pub fn remesh(
         let before = job.stats;
         split::split_long(&mut job);
         flip::flip_all(&mut job);
-        // Stretched edges would be split and contracted in turn for ever: the second half of the rounds settles.
-        let bounds = if 2 * round < options.rounds {
+        // Stretched edges would be split and contracted in turn for ever: the later rounds settle.
+        let bounds = if 4 * round < options.rounds {
             Bounds::stretched()
         } else {
             Bounds::remesh()

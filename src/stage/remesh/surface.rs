@@ -307,12 +307,14 @@ impl Surface {
         self.points.len()
     }
 
-    /// Least signed quality of the triangles at a node, with the node at `p`; `None` where one would turn over.
+    /// Least signed quality of the triangles at a node, with the node at `p`; `None` where one that was sound would turn over.
     pub fn quality_at(&self, n: NodeId, p: DVec3) -> Option<f64> {
         let mut least = f64::INFINITY;
+        // Where the star is folded already the turns say nothing: callers ask for better than before, and that unfolds it.
+        let folded = self.quality_now(n) < 0.0;
         for &t in &self.stars[n] {
             let new = self.corners_with(t, n, p);
-            if !may_turn(self.corners(t), new, self.reference[t]) {
+            if !folded && !may_turn(self.corners(t), new, self.reference[t]) {
                 return None;
             }
             least = least.min(signed_quality(new, self.reference[t]));
