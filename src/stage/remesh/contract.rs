@@ -5,10 +5,12 @@
 //! between them, no two triangles fall together, ends that both lie on features are joined by a feature edge and share no feature neighbour.
 
 use super::job::Job;
-use super::shape::{may_turn, quality};
+use super::shape::{may_turn, quality, signed_quality};
 use super::split::LONGEST;
 use super::surface::{Class, Surface, key};
-use crate::model::ids::NodeId;
+use crate::model::ids::{NodeId, TriangleId};
+use glam::DVec3;
+use rayon::prelude::*;
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
@@ -19,6 +21,18 @@ const FAIR: f64 = 0.3;
 /// A new turn of a feature curve stays below this share of the corner angle, so that a later look takes it for no corner.
 const TURN_SHARE: f64 = 0.75;
 
+/// Edges this much shorter than short ones, that cannot go by the rules, belong to knots: crumpled places smaller than the mesh can show.
+const KNOT: f64 = 0.5;
+/// A triangle whose sides are below this share of the wanted length is noise: where its normal points means nothing.
+const SPECK: f64 = 0.2;
+
+/// Ends this near are one point at the scale of the mesh: only triangles flatter than that can turn over when they merge, and those are
+/// for flips to mend.
+const DUST: f64 = 0.05;
+/// New edges may be longer than those that are split: they even out when the nodes about them move. With the shorter bound, meshes that come
+/// from finer ones keep a quarter too many nodes.
+const STRETCHED: f64 = 1.5;
+
 /// What a contraction must keep to.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Bounds {
@@ -28,15 +42,25 @@ pub(super) struct Bounds {
     pub longest: f64,
     /// How far a curve may be left, as a multiple of its slack.
     pub deviation: f64,
+    /// Whether a knot may be undone by steps that only must not make it worse.
+    pub knots: bool,
 }
 
 impl Bounds {
+    /// Those of the first rounds of remeshing.
+    pub fn stretched() -> Self {
+        Self {
+            longest: STRETCHED,
+            ..Self::remesh()
+        }
+    }
     /// Those of remeshing.
     pub fn remesh() -> Self {
         Self {
             shorter_than: SHORTEST,
             longest: LONGEST,
             deviation: 1.0,
+            knots: false,
         }
     }
     /// Those of cleaning: what is short goes, however long the others get.
@@ -45,18 +69,30 @@ impl Bounds {
             shorter_than: 1.0,
             longest: f64::INFINITY,
             deviation: 1.0,
+            knots: false,
         }
     }
 }
 
-/// Contracts the shortest edge until no short one can go.
+/// Contracts the shortest edge until no short one can go: first with all guards, then the rest where triangles are folded or flat already.
 pub(super) fn contract_short(job: &mut Job, bounds: Bounds) {
-    let mut heap: BinaryHeap<Reverse<(u64, NodeId, NodeId)>> = job
+    sweep(job, bounds);
+    let knots = Bounds {
+        shorter_than: KNOT * bounds.shorter_than,
+        knots: true,
+        ..bounds
+    };
+    sweep(job, knots);
+}
+
+fn sweep(job: &mut Job, bounds: Bounds) {
+    let short: Vec<Reverse<(u64, NodeId, NodeId)>> = job
         .surface
         .edges()
-        .into_iter()
+        .into_par_iter()
         .filter_map(|[a, b]| entry(job, a, b, bounds))
         .collect();
+    let mut heap = BinaryHeap::from(short);
     while let Some(Reverse((k, a, b))) = heap.pop() {
         // Entries of edges that are gone or changed are stale; the change has put in new ones.
         if job.surface.around(a, b).is_empty() || k != key(job.ratio(a, b)) {
@@ -86,8 +122,14 @@ fn entry(
 fn choose(job: &Job, a: NodeId, b: NodeId, bounds: Bounds) -> Option<(NodeId, NodeId)> {
     let rate = |gone, kept| {
         let quality = outcome(job, gone, kept, bounds)?;
-        let before = job.surface.quality_now(gone);
-        (quality >= FAIR.min(before)).then_some(quality)
+        let least = if bounds.knots && job.ratio(gone, kept) < DUST {
+            -1.0
+        } else if bounds.knots {
+            knot_quality(job, gone)
+        } else {
+            FAIR.min(job.surface.quality_now(gone))
+        };
+        (quality >= least).then_some(quality)
     };
     match (rate(a, b), rate(b, a)) {
         (Some(p), Some(q)) if q > p => Some((b, a)),
@@ -108,16 +150,26 @@ pub(super) fn outcome(job: &Job, gone: NodeId, kept: NodeId, bounds: Bounds) -> 
     }
     let p = surface.points[kept];
     let mut least = f64::INFINITY;
+    let mut turned = 0i64;
     for &t in surface.star(gone) {
         let nodes = surface.triangle(t).nodes;
+        let old = surface.corners(t);
+        if bounds.knots {
+            turned -= i64::from(rated(job, t, old) < 0.0);
+        }
         if nodes.contains(&kept) {
             continue;
         }
         let new = surface.corners_with(t, gone, p);
-        if !may_turn(surface.corners(t), new, surface.reference[t]) {
+        if bounds.knots {
+            let quality = rated(job, t, new);
+            turned += i64::from(quality < 0.0);
+            least = least.min(quality);
+        } else if may_turn(old, new, surface.reference[t]) {
+            least = least.min(signed_quality(new, surface.reference[t]));
+        } else {
             return None;
         }
-        least = least.min(quality(new));
         for n in nodes.into_iter().filter(|&n| n != gone) {
             let ratio = job.ratio(kept, n);
             if ratio > bounds.longest && ratio > job.ratio(gone, n) {
@@ -125,7 +177,31 @@ pub(super) fn outcome(job: &Job, gone: NodeId, kept: NodeId, bounds: Bounds) -> 
             }
         }
     }
-    Some(least)
+    match turned {
+        _ if job.ratio(gone, kept) < DUST => Some(least),
+        // Fewer folded triangles than before are worth any shape.
+        ..0 => Some(least.max(FAIR)),
+        0 => Some(least),
+        _ => None,
+    }
+}
+
+/// Signed quality of a triangle; without the sign where it is a speck.
+fn rated(job: &Job, t: TriangleId, p: [DVec3; 3]) -> f64 {
+    let size = job.surface.triangle(t).nodes.map(|n| job.size[n]);
+    let small = SPECK * size[0].min(size[1]).min(size[2]);
+    let longest = (p[0].distance(p[1])).max(p[1].distance(p[2])).max(p[2].distance(p[0]));
+    if longest < small {
+        quality(p)
+    } else {
+        signed_quality(p, job.surface.reference[t])
+    }
+}
+
+fn knot_quality(job: &Job, n: NodeId) -> f64 {
+    let star = job.surface.star(n).iter();
+    star.map(|&t| rated(job, t, job.surface.corners(t)))
+        .fold(f64::INFINITY, f64::min)
 }
 
 /// The link condition, with the strata of features and corners.
@@ -200,7 +276,7 @@ fn keeps_curve(job: &Job, gone: NodeId, kept: NodeId, bounds: Bounds) -> bool {
             return false;
         };
         let before = surface.points[n] - surface.points[beyond];
-        let turn = |to: glam::DVec3| before.angle_between(to - surface.points[n]);
+        let turn = |to: DVec3| before.angle_between(to - surface.points[n]);
         let new = turn(surface.points[other]);
         new <= most || new <= turn(v)
     })

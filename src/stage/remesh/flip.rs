@@ -1,10 +1,11 @@
-//! Flips inner edges where that makes the worse of the two triangles better.
+//! Flips inner edges where that makes the worse of the two triangles better; one that is turned over counts as worse than any other.
 
 use super::job::Job;
-use super::shape::{LARGEST_TILT, area_vector, quality};
+use super::shape::{area_vector, signed_quality};
 use super::surface::Surface;
 use crate::model::ids::{NodeId, TriangleId};
 use glam::DVec3;
+use rayon::prelude::*;
 use std::collections::VecDeque;
 
 /// Cosine of the sharpest fold over which an edge is flipped: 45 degrees. Across a sharper one the flip would cut the fold off.
@@ -16,11 +17,31 @@ const MOST: usize = 20;
 
 /// Flips until no edge gains.
 pub(super) fn flip_all(job: &mut Job) {
-    let mut queue: VecDeque<[NodeId; 2]> = job.surface.edges().into();
-    let mut left = MOST * queue.len();
+    flip_below(job, f64::INFINITY);
+}
+
+/// Flips until no edge gains at which a triangle's signed quality is below `limit`.
+pub(super) fn flip_below(job: &mut Job, limit: f64) {
+    let surface = &job.surface;
+    let poor = |surface: &Surface, [a, b]: [NodeId; 2]| {
+        limit == f64::INFINITY
+            || surface.around(a, b).into_iter().any(|t| {
+                signed_quality(surface.corners(t), surface.reference[t]) < limit
+            })
+    };
+    let edges = surface.edges();
+    let mut left = MOST * edges.len();
+    let mut queue: VecDeque<[NodeId; 2]> = edges
+        .into_par_iter()
+        .filter(|&[a, b]| poor(surface, [a, b]) && gain(surface, a, b).is_some())
+        .collect::<Vec<_>>()
+        .into();
     while let Some([a, b]) = queue.pop_front() {
         if left == 0 {
             break;
+        }
+        if !poor(&job.surface, [a, b]) {
+            continue;
         }
         let Some((pair, _)) = gain(&job.surface, a, b) else {
             continue;
@@ -50,11 +71,13 @@ pub(super) fn gain(surface: &Surface, a: NodeId, b: NodeId) -> Option<([Triangle
         return None;
     }
     let old = [surface.corners(s), surface.corners(t)];
-    let before = quality(old[0]).min(quality(old[1]));
+    let reference = (surface.reference[s] + surface.reference[t]).normalize_or_zero();
+    let least = |p: [[DVec3; 3]; 2]| p.map(|p| signed_quality(p, reference));
+    let before = least(old).into_iter().fold(1.0, f64::min);
     let new = surface
         .flipped([a, b], [s, t])
         .map(|nodes| nodes.map(|n| surface.points[n]));
-    let after = quality(new[0]).min(quality(new[1]));
+    let after = least(new).into_iter().fold(1.0, f64::min);
     if after <= before + GAIN {
         return None;
     }
@@ -66,16 +89,12 @@ pub(super) fn gain(surface: &Surface, a: NodeId, b: NodeId) -> Option<([Triangle
     if normals[0].dot(normals[1]) < SHARPEST {
         return None;
     }
-    // Compared with both old triangles together: one of them is often a needle without a normal of its own.
+    // Where no normal is known, both old triangles together tell the side: one of them is often a needle without a normal of its own.
     let whole = area_vector(old[0]) + winding(surface, s, t, [a, b]) * area_vector(old[1]);
     let whole = whole.normalize_or_zero();
-    let reference = (surface.reference[s] + surface.reference[t]).normalize_or_zero();
-    let lean = |p| area_vector(p).normalize_or_zero().dot(reference);
-    let least_lean = old.into_iter().map(lean).fold(LARGEST_TILT, f64::min);
-    let sound = [0, 1].into_iter().all(|i| {
-        normals[i].dot(whole) > 0.5
-            && (reference == DVec3::ZERO || normals[i].dot(reference) >= least_lean)
-    });
+    let sound = normals
+        .into_iter()
+        .all(|n| reference != DVec3::ZERO || n.dot(whole) > 0.5);
     sound.then_some(([s, t], after))
 }
 

@@ -10,6 +10,11 @@ use glam::DVec3;
 use smallvec::SmallVec;
 use std::collections::BTreeMap;
 
+/// Share of the slack to which a guide itself follows the curve.
+const FINE: f64 = 0.1;
+/// Halvings of an edge of the guide, at most: 64 points on a half circle.
+const LEVELS: usize = 6;
+
 /// Names a guide.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct GuideId(u32);
@@ -70,6 +75,8 @@ pub(super) struct GuideRules<'a> {
     pub floor: &'a dyn Fn(NodeId) -> f64,
     /// How far to walk for a bend that is no noise.
     pub reach: &'a dyn Fn(NodeId) -> f64,
+    /// The curve's own point near a point of an edge; `None` to take the edges as they are.
+    pub onto: Option<&'a dyn Fn([NodeId; 2], DVec3) -> DVec3>,
     /// How fast sizes may grow along the curve, length per length.
     pub growth: f64,
 }
@@ -90,13 +97,13 @@ impl Guides {
             ..Self::default()
         };
         for chain in chains {
-            let guide = Guide::new(surface, chain, rules);
+            let (guide, places) = Guide::new(surface, chain, rules);
             let id = GuideId::new(guides.all.len());
             for (i, &n) in chain.nodes.iter().enumerate() {
                 if surface.class[n] == Class::Curve {
                     guides.spots[n] = Some(Spot {
                         guide: id,
-                        at: guide.arc[i],
+                        at: guide.arc[places[i]],
                     });
                 }
             }
@@ -154,8 +161,13 @@ impl Guides {
         match self.spot(n) {
             Some(spot) => {
                 let g = &self.all[spot.guide];
+                // Straight pieces have no limit: infinite ends cannot be interpolated.
                 let (i, f) = g.locate(spot.at);
-                g.limit[i] * (1.0 - f) + g.limit[i + 1] * f
+                if f > 0.0 {
+                    g.limit[i].min(g.limit[i + 1])
+                } else {
+                    g.limit[i]
+                }
             }
             None => self
                 .guides_at(n)
@@ -277,19 +289,35 @@ impl Guides {
 }
 
 impl Guide {
-    fn new(surface: &Surface, chain: &Chain, rules: &GuideRules) -> Self {
+    /// The guide of a chain, and at which of its points each node of the chain stands.
+    fn new(surface: &Surface, chain: &Chain, rules: &GuideRules) -> (Self, Vec<usize>) {
         let mut nodes = chain.nodes.clone();
         if chain.closed {
             nodes.push(nodes[0]);
         }
-        let points: Vec<DVec3> = nodes.iter().map(|&n| surface.points[n]).collect();
+        let (first, last) = (nodes[0], nodes[nodes.len() - 1]);
+        let mut points = vec![surface.points[first]];
+        // For each point a node next to it, whose tolerances it takes.
+        let mut owners = vec![first];
+        let mut places = vec![0];
+        for edge in nodes.windows(2) {
+            let (a, b) = (edge[0], edge[1]);
+            if let Some(onto) = rules.onto {
+                let fine = FINE * (rules.slack)(a).min((rules.slack)(b));
+                let ends = [surface.points[a], surface.points[b]];
+                let before = points.len();
+                refine(&mut points, ends, fine, LEVELS, &|p| onto([a, b], p));
+                owners.extend(std::iter::repeat_n(a, points.len() - before));
+            }
+            places.push(points.len());
+            points.push(surface.points[b]);
+            owners.push(b);
+        }
         let mut arc = vec![0.0; points.len()];
         for i in 1..points.len() {
             arc[i] = arc[i - 1] + points[i].distance(points[i - 1]);
         }
-        let slack: Vec<f64> = nodes.iter().map(|&n| (rules.slack)(n)).collect();
-        let (first, last) = (nodes[0], nodes[nodes.len() - 1]);
-        let ends = (!chain.closed).then_some([first, last]);
+        let slack: Vec<f64> = owners.iter().map(|&n| (rules.slack)(n)).collect();
         let round = if chain.closed {
             &points[..points.len() - 1]
         } else {
@@ -300,17 +328,17 @@ impl Guide {
             if !chain.closed && (i == 0 || i + 1 == points.len()) {
                 continue;
             }
-            let (k, far) = (i % round.len(), (rules.reach)(nodes[i]));
+            let (k, far) = (i % round.len(), (rules.reach)(owners[i]));
             let back = walk(round, chain.closed, k, false, far);
             let ahead = walk(round, chain.closed, k, true, far);
             let radius = circumradius(round[back], round[k], round[ahead]);
             let turn = std::f64::consts::TAU * radius / rules.segments;
             let sag = (8.0 * radius * slack[i]).sqrt();
-            limit[i] = turn.min(sag).max((rules.floor)(nodes[i]));
+            limit[i] = turn.min(sag).max((rules.floor)(owners[i]));
         }
         let mut guide = Self {
             closed: first == last,
-            ends,
+            ends: (!chain.closed).then_some([first, last]),
             inside: nodes.len() - if chain.closed { 1 } else { 2 },
             points,
             arc,
@@ -318,7 +346,7 @@ impl Guide {
             slack,
         };
         guide.grade(rules.growth);
-        guide
+        (guide, places)
     }
 
     fn grade(&mut self, growth: f64) {
@@ -365,6 +393,29 @@ impl Guide {
         };
         (i, f)
     }
+}
+
+/// Appends points of the curve between two of its points, until chords leave it by less than `fine`.
+fn refine(
+    points: &mut Vec<DVec3>,
+    [a, b]: [DVec3; 2],
+    fine: f64,
+    levels: usize,
+    onto: &dyn Fn(DVec3) -> DVec3,
+) {
+    if levels == 0 {
+        return;
+    }
+    let middle = 0.5 * (a + b);
+    let on = onto(middle);
+    let off = on.distance(middle);
+    // Further off than a half circle would be, it is another curve.
+    if !(off > fine && off <= 0.5 * a.distance(b)) {
+        return;
+    }
+    refine(points, [a, on], fine, levels - 1, onto);
+    points.push(on);
+    refine(points, [on, b], fine, levels - 1, onto);
 }
 
 /// Radius of the circle through three points; infinite where they lie on a line.

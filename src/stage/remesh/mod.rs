@@ -100,6 +100,10 @@ const REACH: f64 = 0.1;
 const CLEAN_SLACK: f64 = 0.25;
 /// Passes of cleaning; each cap that goes can make a short edge, few need more than two.
 const CLEAN_PASSES: usize = 6;
+/// Signed quality below which cleaning flips: needles and folded triangles, which keep short edges from going.
+const CRUMPLED: f64 = 0.2;
+/// One split or contraction for this many triangles in a round: the mesh has settled, and more rounds only shift nodes.
+const SETTLED: usize = 500;
 /// Smoothing steps in a round: more help little before the next splits and contractions.
 const SMOOTHINGS: usize = 3;
 
@@ -139,17 +143,29 @@ pub fn remesh(
         })
         .collect();
     let size_at = job.size.clone();
-    trace(&mut job, &|n| slack[n], &|n| REACH * size_at[n]);
+    trace(&mut job, &|n| slack[n], &|n| REACH * size_at[n], true);
     sizes::renew(&mut job, size, false);
-    contract::contract_short(&mut job, Bounds::remesh());
-    flip::flip_all(&mut job);
+    uncrumple(&mut job, Bounds::stretched());
     for round in 0..options.rounds {
         job.refresh_references();
         sizes::renew(&mut job, size, round > 0);
+        let before = job.stats;
         split::split_long(&mut job);
-        contract::contract_short(&mut job, Bounds::remesh());
+        flip::flip_all(&mut job);
+        // Stretched edges would be split and contracted in turn for ever: the later rounds settle.
+        let bounds = if 4 * round < options.rounds {
+            Bounds::stretched()
+        } else {
+            Bounds::remesh()
+        };
+        contract::contract_short(&mut job, bounds);
         flip::flip_all(&mut job);
         smooth::smooth(&mut job, SMOOTHINGS);
+        let changes = job.stats.splits + job.stats.contractions
+            - (before.splits + before.contractions);
+        if 2 * round >= options.rounds && changes * SETTLED < job.surface.live_triangles().count() {
+            break;
+        }
     }
     job.refresh_references();
     flip::flip_all(&mut job);
@@ -178,15 +194,23 @@ pub fn clean(
     job.refresh_references();
     job.size = sizes::raw(&job, shortest);
     let size_at = job.size.clone();
-    trace(&mut job, &|n| CLEAN_SLACK * size_at[n], &|n| size_at[n]);
+    trace(&mut job, &|n| CLEAN_SLACK * size_at[n], &|n| size_at[n], false);
+    uncrumple(&mut job, Bounds::clean());
+    job.surface.finish()
+}
+
+/// Contracts what is short, and what a contraction cannot take, flips; over and over until nothing gives.
+fn uncrumple(job: &mut Job, bounds: Bounds) {
     for _ in 0..CLEAN_PASSES {
-        contract::contract_short(&mut job, Bounds::clean());
-        if caps::remove_caps(&mut job) == 0 {
+        contract::contract_short(job, bounds);
+        let before = job.stats;
+        flip::flip_below(job, CRUMPLED);
+        caps::remove_caps(job);
+        if job.stats == before {
             break;
         }
         job.refresh_references();
     }
-    job.surface.finish()
 }
 
 fn start<'a>(complex: MidComplex, placer: &'a dyn Placer, options: &'a RemeshOptions) -> Job<'a> {
@@ -200,11 +224,17 @@ fn start<'a>(complex: MidComplex, placer: &'a dyn Placer, options: &'a RemeshOpt
     }
 }
 
-/// Classifies the nodes and records the feature curves.
-fn trace(job: &mut Job, slack: &dyn Fn(NodeId) -> f64, reach: &dyn Fn(NodeId) -> f64) {
+/// Classifies the nodes and records the feature curves; `exact`: as the placer has them, not as the edges have them.
+fn trace(
+    job: &mut Job,
+    slack: &dyn Fn(NodeId) -> f64,
+    reach: &dyn Fn(NodeId) -> f64,
+    exact: bool,
+) {
     let chains = strata::classify(&mut job.surface, job.options.crease_angle, reach);
-    let size = &job.size;
-    job.guides = Guides::new(
+    let (size, held) = (&job.size, &*job);
+    let onto = |[a, b]: [NodeId; 2], p: DVec3| held.placer.place(p, &held.middle_supports(a, b));
+    let guides = Guides::new(
         &job.surface,
         &chains,
         &GuideRules {
@@ -212,7 +242,9 @@ fn trace(job: &mut Job, slack: &dyn Fn(NodeId) -> f64, reach: &dyn Fn(NodeId) ->
             slack,
             floor: &|n| sizes::FLOOR * size[n],
             reach,
+            onto: exact.then_some(&onto),
             growth: job.options.gradation - 1.0,
         },
     );
+    job.guides = guides;
 }

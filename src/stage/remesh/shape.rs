@@ -5,7 +5,7 @@ use glam::DVec3;
 /// Cosine of the largest turn of a triangle's normal in one operation: 60 degrees, beyond which a surface folds.
 const LARGEST_TURN: f64 = 0.5;
 /// Cosine of the largest angle between a triangle and the mid-surface under it: 75 degrees, so that a fold (past 90) keeps a distance.
-pub(super) const LARGEST_TILT: f64 = 0.26;
+const LARGEST_TILT: f64 = 0.26;
 /// Below this quality (a needle of 1 : 40) rounding and noise, not the surface, decide where a triangle's normal points.
 const TRUSTED: f64 = 0.05;
 
@@ -25,6 +25,17 @@ pub(super) fn quality(p: [DVec3; 3]) -> f64 {
     } else {
         0.0
     }
+}
+
+/// Quality with the sign of the side that the triangle shows; it fades where the triangle leans further than 60 degrees from the surface.
+/// Without a known normal (`reference` zero) the plain quality.
+#[inline]
+pub(super) fn signed_quality(p: [DVec3; 3], reference: DVec3) -> f64 {
+    if reference == DVec3::ZERO {
+        return quality(p);
+    }
+    let lean = area_vector(p).normalize_or_zero().dot(reference);
+    quality(p) * (lean / LARGEST_TURN).clamp(-1.0, 1.0)
 }
 
 /// Longest side over shortest side.

@@ -48,11 +48,14 @@ pub(super) fn renew(job: &mut Job, field: SizeField, narrow: bool) {
         }
     }
     if narrow {
-        for [a, b] in job.surface.edges() {
-            if let Some(width) = width(job, a, b) {
-                for n in [a, b] {
-                    size[n] = size[n].min((NARROW * width).max(FLOOR * raw[n]));
-                }
+        let edges = job.surface.edges();
+        let widths: Vec<([NodeId; 2], f64)> = edges
+            .into_par_iter()
+            .filter_map(|e| width(job, e[0], e[1]).map(|w| (e, w)))
+            .collect();
+        for (edge, width) in widths {
+            for n in edge {
+                size[n] = size[n].min((NARROW * width).max(FLOOR * raw[n]));
             }
         }
     }

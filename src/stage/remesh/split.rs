@@ -11,12 +11,16 @@ use rayon::prelude::*;
 
 /// Edges longer than this times the wanted length are split: then both halves are nearer to it than the whole was (Botsch & Kobbelt 2004).
 pub(super) const LONGEST: f64 = 4.0 / 3.0;
-/// Each pass halves the long edges; 24 halve them by 16 million, more than any raw edge needs.
-const PASSES: usize = 24;
+/// Sides this much longer still count as equal: of an equilateral triangle all may be split in one pass.
+const TIE: f64 = 1.02;
+/// Each pass splits the longest edges of all places; a bound for size fields that no splits can follow.
+const PASSES: usize = 100;
 
 /// A new node on an edge.
 pub(super) struct Middle {
     pub point: DVec3,
+    /// The point of the straight edge that it stands for.
+    pub on_edge: DVec3,
     pub supports: Supports,
     pub spot: Option<(GuideId, f64)>,
 }
@@ -30,7 +34,7 @@ pub(super) fn split_long(job: &mut Job) {
             .into_par_iter()
             .filter_map(|[a, b]| {
                 let ratio = job.ratio(a, b);
-                let over = ratio > LONGEST || (ratio > 0.2 && strays(job, a, b));
+                let over = (ratio > LONGEST && leads(job, a, b)) || (ratio > 0.2 && strays(job, a, b));
                 over.then(|| (key(ratio), [a, b]))
             })
             .collect();
@@ -46,6 +50,16 @@ pub(super) fn split_long(job: &mut Job) {
     }
 }
 
+/// Whether no triangle at an edge has a side that needs a split more: where all sides of a triangle are split at once, too many nodes come
+/// of it, which contractions then take out again.
+fn leads(job: &Job, a: NodeId, b: NodeId) -> bool {
+    let most = TIE * job.ratio(a, b);
+    job.surface.around(a, b).into_iter().all(|t| {
+        let c = job.surface.apex(t, a, b);
+        job.ratio(a, c) <= most && job.ratio(b, c) <= most
+    })
+}
+
 /// Whether a feature edge leaves its curve by more than allowed.
 fn strays(job: &Job, a: NodeId, b: NodeId) -> bool {
     let surface = &job.surface;
@@ -57,6 +71,14 @@ fn strays(job: &Job, a: NodeId, b: NodeId) -> bool {
         })
 }
 
+/// Where to split an edge: in the middle, or, where it is some odd number of wanted lengths long, so that the parts are whole numbers of
+/// them. Halving alone would end between half and whole lengths by chance.
+fn fraction(ratio: f64) -> f64 {
+    // Past 100 lengths the half is as good.
+    let parts = ratio.clamp(2.0, 100.0).round();
+    (parts / 2.0).floor() / parts
+}
+
 /// The new node of an edge, on its supports.
 pub(super) fn middle(job: &Job, [a, b]: [NodeId; 2]) -> Middle {
     let surface = &job.surface;
@@ -64,23 +86,29 @@ pub(super) fn middle(job: &Job, [a, b]: [NodeId; 2]) -> Middle {
     let supports = job.middle_supports(a, b);
     let feature = surface.is_feature(&surface.around(a, b));
     let span = feature.then(|| job.guides.span(surface, a, b)).flatten();
-    let spot = span.map(|s| (s.guide, 0.5 * (s.from + s.to)));
-    let start = spot.map_or(0.5 * (p + q), |(guide, at)| job.guides.point(guide, at));
+    let f = fraction(job.ratio(a, b));
+    let spot = span.map(|s| {
+        let along = if s.forward { f } else { 1.0 - f };
+        (s.guide, s.from + along * (s.to - s.from))
+    });
+    let on_edge = p.lerp(q, f);
+    let start = spot.map_or(on_edge, |(guide, at)| job.guides.point(guide, at));
     let placed = job.placer.place(start, &supports);
     // A place far from the edge is another branch of the surface.
-    let near = |x: DVec3| x.distance(0.5 * (p + q)) <= 0.5 * p.distance(q);
+    let near = |x: DVec3| x.distance(on_edge) <= 0.5 * p.distance(q);
     let point = [placed, start]
         .into_iter()
         .find(|&x| x.is_finite() && near(x))
-        .unwrap_or(0.5 * (p + q));
+        .unwrap_or(on_edge);
     Middle {
         point,
+        on_edge,
         supports,
         spot,
     }
 }
 
-/// Splits an edge, at the plain middle where the wanted point would turn a triangle over.
+/// Splits an edge, at the point of the straight edge where the wanted point would turn a triangle over.
 pub(super) fn apply(job: &mut Job, [a, b]: [NodeId; 2], new: Middle) -> NodeId {
     let surface = &job.surface;
     let (p, q) = (surface.points[a], surface.points[b]);
@@ -91,7 +119,7 @@ pub(super) fn apply(job: &mut Job, [a, b]: [NodeId; 2], new: Middle) -> NodeId {
             may_turn(old, half, surface.reference[t]) && quality(half) > 0.1 * quality(old)
         })
     });
-    let point = if sound { new.point } else { 0.5 * (p + q) };
+    let point = if sound { new.point } else { new.on_edge };
     job.stats.splits += 1;
     job.split_edge([a, b], point, new.supports, new.spot)
 }

@@ -2,9 +2,11 @@
 //!
 //! Only topology and bookkeeping; whether an edit is wise is for the callers to know.
 
+use super::shape::{may_turn, signed_quality};
 use crate::model::complex::{MidComplex, MidNode, MidTriangle, Supports};
-use crate::model::ids::{IndexVec, NodeId, TriangleId};
+use crate::model::ids::{Id, IndexVec, NodeId, TriangleId};
 use glam::DVec3;
+use rayon::prelude::*;
 use smallvec::SmallVec;
 
 /// What a node may do.
@@ -211,16 +213,14 @@ impl Surface {
 
     /// All edges, sorted.
     pub fn edges(&self) -> Vec<[NodeId; 2]> {
-        let mut all = Vec::new();
-        for a in self.live_nodes() {
-            all.extend(
-                self.neighbours(a)
-                    .into_iter()
-                    .filter(|&b| a < b)
-                    .map(|b| [a, b]),
-            );
-        }
-        all
+        (0..self.points.len())
+            .into_par_iter()
+            .flat_map_iter(|i| {
+                let a = NodeId::new(i);
+                let near = self.neighbours(a).into_iter();
+                near.filter(move |&b| a < b).map(move |b| [a, b])
+            })
+            .collect()
     }
 
     /// Puts a new node on edge `a`-`b`, which splits every triangle round it.
@@ -306,24 +306,26 @@ impl Surface {
         self.points.len()
     }
 
-    /// Least quality of the triangles at a node, with the node at `p`; `None` where one would turn over.
+    /// Least signed quality of the triangles at a node, with the node at `p`; `None` where one that was sound would turn over.
     pub fn quality_at(&self, n: NodeId, p: DVec3) -> Option<f64> {
         let mut least = f64::INFINITY;
+        // Where the star is folded already the turns say nothing: callers ask for better than before, and that unfolds it.
+        let folded = self.quality_now(n) < 0.0;
         for &t in &self.stars[n] {
             let new = self.corners_with(t, n, p);
-            if !super::shape::may_turn(self.corners(t), new, self.reference[t]) {
+            if !folded && !may_turn(self.corners(t), new, self.reference[t]) {
                 return None;
             }
-            least = least.min(super::shape::quality(new));
+            least = least.min(signed_quality(new, self.reference[t]));
         }
         Some(least)
     }
 
-    /// Least quality of the triangles at a node.
+    /// Least signed quality of the triangles at a node.
     pub fn quality_now(&self, n: NodeId) -> f64 {
         self.stars[n]
             .iter()
-            .map(|&t| super::shape::quality(self.corners(t)))
+            .map(|&t| signed_quality(self.corners(t), self.reference[t]))
             .fold(f64::INFINITY, f64::min)
     }
 
