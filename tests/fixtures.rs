@@ -75,12 +75,18 @@ fn none(wrong: Vec<String>, name: &str) {
     assert!(wrong.is_empty(), "{name}:\n  {}", wrong.join("\n  "));
 }
 
-fn solid_is_as_told(name: &str) {
+fn solid_facts(name: &str, variant: Variant) -> SolidFacts {
     let mut command = tools::python("measure.py");
-    command.arg("solid").arg(step(name, Variant::AsMade));
+    command.arg("solid").arg(step(name, variant));
     let said = tools::run(command, Duration::from_secs(120));
-    let solid: SolidFacts = serde_json::from_str(&said).expect("measure.py writes JSON");
-    none(Facts::of(name).solid_violations(&solid), name);
+    serde_json::from_str(&said).expect("measure.py writes JSON")
+}
+
+fn solid_is_as_told(name: &str) {
+    none(
+        Facts::of(name).solid_violations(&solid_facts(name, Variant::AsMade)),
+        name,
+    );
 }
 
 fn ideal_measured(name: &str, defect: Option<&str>) -> Measured {
@@ -233,6 +239,7 @@ fn wrong_facts_of_a_solid_are_found() {
         euler: 1.0,
         closed: true,
         faces: 6,
+        loose: 0,
     };
     assert!(facts.solid_violations(&right).is_empty());
     assert!(
@@ -243,10 +250,44 @@ fn wrong_facts_of_a_solid_are_found() {
             })
             .is_empty()
     );
+    assert!(
+        !facts
+            .solid_violations(&SolidFacts {
+                loose: 1,
+                ..right.clone()
+            })
+            .is_empty()
+    );
     facts.volume *= 1.001;
     facts.euler = 2;
     facts.solids = 2;
     assert_eq!(facts.solid_violations(&right).len(), 3);
+}
+
+/// Blends, a void and intersection curves survive each change of the solid.
+#[test]
+fn variants_are_the_same_solid() {
+    for name in ["hat_bend", "closed_box", "cone_shell", "tubes_t"] {
+        let facts = Facts::of(name);
+        let faces = solid_facts(name, Variant::AsMade).faces;
+        for variant in [
+            Variant::Moved,
+            Variant::Scaled(0.001),
+            Variant::Scaled(1000.0),
+            Variant::Reordered,
+        ] {
+            let mut solid = solid_facts(name, variant);
+            if let Variant::Scaled(f) = variant {
+                solid.volume /= f * f * f;
+            }
+            none(
+                facts.solid_violations(&solid),
+                &format!("{name}, {variant:?}"),
+            );
+            assert_eq!(solid.faces, faces, "{name}, {variant:?}");
+            assert_ne!(step(name, variant), step(name, Variant::AsMade));
+        }
+    }
 }
 
 #[test]

@@ -39,6 +39,8 @@ pub struct SolidFacts {
     pub euler: f64,
     pub closed: bool,
     pub faces: usize,
+    /// Faces in the file that bound no solid.
+    pub loose: usize,
 }
 
 impl Measured {

@@ -114,7 +114,7 @@ def measure(step, vtu, thickest=None, scale=1.0):
 
 def facts(step):
     s = Solid(step)
-    return dict(solids=s.solids, volume=s.volume, euler=s.euler, closed=s.closed, faces=len(s.faces))
+    return dict(solids=s.solids, volume=s.volume, euler=s.euler, closed=s.closed, faces=len(s.faces), loose=s.loose)
 
 
 def main():

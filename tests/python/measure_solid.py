@@ -15,7 +15,7 @@ class Solid:
         gmsh.option.setNumber("General.Terminal", 0)
         gmsh.option.setString("Geometry.OCCTargetUnit", "MM")
         gmsh.clear()
-        gmsh.model.occ.importShapes(path)
+        gmsh.model.occ.importShapes(path, highestDimOnly=False)
         gmsh.model.occ.synchronize()
         volumes = [t for _, t in gmsh.model.getEntities(3)]
         if not volumes:
@@ -23,6 +23,7 @@ class Solid:
         self.solids = len(volumes)
         self.volume = sum(gmsh.model.occ.getMass(3, t) for t in volumes)
         self.faces = [t for _, t in gmsh.model.getEntities(2)]
+        self.loose = sum(not len(gmsh.model.getAdjacencies(2, t)[0]) for t in self.faces)
         surface = sum(gmsh.model.occ.getMass(2, t) for t in self.faces)
         self.thickest = thickest or 3 * 2 * self.volume / surface
         self._tessellate(volumes)
