@@ -9,7 +9,7 @@ They know the fixtures' dimensions from fixtures/gen/NAME.geo, and nothing of th
   seam     torn open along a line through the middle      flip     one inner element turned over
   needle   one node moved until an element is a needle   crease   one inner node pulled out of the surface
   torn     every sheet by itself, its junctions unmerged  wide     a fifth wider than the solid
-  label    sheet numbers that do not follow the sheets
+  label    sheet numbers that do not follow the sheets   fold     one node pushed over the far edge of its element
 """
 import argparse
 import math
@@ -166,8 +166,8 @@ def draw(name, d):
     elif name == "tubes_t":
         k = o.addCircle(-14, 0, 0, 10)
         o.rotate([(1, k)], -14, 0, 0, 0, 1, 0, pi / 2)
-        d.sweep([k], (28, 0, 0), 4.0)
-        d.sweep([o.addCircle(0, 0, 0, 5)], (0, 0, 21), 2.0)
+        d.sweep([k], (28, 0, 0), 5.0)
+        d.sweep([o.addCircle(0, 0, 0, 5)], (0, 0, 22), 4.0)
         e = 0.1
         inner = lambda b: b[0] > -5 - e and b[3] < 5 + e  # within the branch in x
         drop = lambda b: inner(b) and (b[5] < 10 + e)
@@ -301,7 +301,11 @@ def plant(X, T, sheet, thick, defect):
         a, b = T[inner, 0], T[inner, 1]
         X[a] = X[b] + 0.05 * (X[a] - X[b])
     elif defect == "crease":
-        X[T[inner, 0]] += 3 * math.sqrt(np.linalg.norm(X[T[inner, 1]] - X[T[inner, 0]]) ** 2) * normal
+        X[T[inner, 0]] += 3 * np.linalg.norm(X[T[inner, 1]] - X[T[inner, 0]]) * normal
+    elif defect == "fold":
+        a, b, c = X[T[inner]]
+        foot = b + (c - b) * ((a - b) @ (c - b)) / ((c - b) @ (c - b))
+        X[T[inner, 0]] = a + 1.3 * (foot - a)
     elif defect == "wide":
         X[:, 0] = 1.2 * (X[:, 0] - X[:, 0].mean()) + X[:, 0].mean()
     elif defect == "label":

@@ -107,6 +107,15 @@ class Mesh:
         np.maximum.at(t, self.edge_of, self.t_element[self.owner])
         return t[edge_ids]
 
+    def junction_ends(self):
+        """points where a junction ends within a sheet, and the greatest thickness there"""
+        e = self.edges[self.junction]
+        degree = np.bincount(e.ravel(), minlength=len(self.P))
+        t = np.zeros(len(self.P))
+        np.maximum.at(t, e, self.thick_at(self.junction)[:, None])
+        ends = np.where(degree == 1)[0]
+        return self.P[ends], t[ends]
+
     def along(self, edge_ids, parts):
         """points along the edges, the ends among them: (edges * (parts + 1), 3)"""
         a, b = self.P[self.edges[edge_ids, 0]], self.P[self.edges[edge_ids, 1]]

@@ -15,7 +15,7 @@ class Solid:
         gmsh.option.setNumber("General.Terminal", 0)
         gmsh.option.setString("Geometry.OCCTargetUnit", "MM")
         gmsh.clear()
-        gmsh.model.occ.importShapes(path)
+        gmsh.model.occ.importShapes(path, highestDimOnly=False)
         gmsh.model.occ.synchronize()
         volumes = [t for _, t in gmsh.model.getEntities(3)]
         if not volumes:
@@ -23,13 +23,14 @@ class Solid:
         self.solids = len(volumes)
         self.volume = sum(gmsh.model.occ.getMass(3, t) for t in volumes)
         self.faces = [t for _, t in gmsh.model.getEntities(2)]
+        self.loose = sum(not len(gmsh.model.getAdjacencies(2, t)[0]) for t in self.faces)
         surface = sum(gmsh.model.occ.getMass(2, t) for t in self.faces)
         self.thickest = thickest or 3 * 2 * self.volume / surface
         self._tessellate(volumes)
 
     def _tessellate(self, volumes):
-        for name, value in (("MeshSizeMax", self.thickest), ("MeshSizeMin", 0.0), ("MeshSizeFromCurvature", 48), ("ElementOrder", 1),
-                            ("Algorithm", 6), ("RandomSeed", 1)):
+        for name, value in (("MeshSizeMax", self.thickest), ("MeshSizeMin", self.thickest / 4), ("MeshSizeFromCurvature", 36),
+                            ("ElementOrder", 1), ("Algorithm", 6), ("RandomSeed", 1)):
             gmsh.option.setNumber("Mesh." + name, value)
         gmsh.model.mesh.generate(2)
         tags, xyz, _ = gmsh.model.mesh.getNodes()
@@ -102,18 +103,22 @@ class Solid:
                 continue
             ray = np.repeat(np.arange(lo, lo + len(n)), n)
             tri = np.concatenate([np.array(k, int) for k in near if k])
+            w = self.centre[tri] - p[ray]
+            along = np.sum(w * d[ray], axis=1)
+            close = (np.sum(w * w, axis=1) - along**2 <= self.reach**2) & (along >= -self.reach)
+            ray, tri = ray[close], tri[close]
             a, b, c = (self.X[self.tri[tri, i]] for i in range(3))
             e1, e2 = b - a, c - a
             h = np.cross(d[ray], e2)
             det = np.sum(e1 * h, axis=1)
-            with np.errstate(divide="ignore", invalid="ignore"):
+            with np.errstate(divide="ignore", invalid="ignore"):  # a ray in the triangle's plane misses it
                 s = p[ray] - a
                 u = np.sum(s * h, axis=1) / det
                 q = np.cross(s, e1)
                 v = np.sum(d[ray] * q, axis=1) / det
                 t = np.sum(e2 * q, axis=1) / det
-            slack = 1e-9  # of a triangle's size, so that no ray slips between two neighbours
-            ok = np.isfinite(t) & (u >= -slack) & (v >= -slack) & (u + v <= 1 + slack) & (t >= 0) & (t <= reach)
+                slack = 1e-9  # of a triangle's size, so that no ray slips between two neighbours
+                ok = (u >= -slack) & (v >= -slack) & (u + v <= 1 + slack) & (t >= 0) & (t <= reach)
             ray, tri, t = ray[ok], tri[ok], t[ok]
             first = np.lexsort((tri, t, ray))
             ray, tri, t = ray[first], tri[first], t[first]

@@ -1,0 +1,95 @@
+//! Fixtures for tests: their STEP files and facts, runs of the binary, and measurements made by other code than the product's.
+//!
+//! `step` makes a fixture's solid with Gmsh (kept under `target/fixtures` by the content of its script), `mesh` runs the binary on it,
+//! `measure` measures the result against the exact solid (tests/python/measure.py), `Facts::violations` says what is wrong with it.
+
+// Each test binary uses a part of this; and clippy takes only `#[test]` functions themselves for tests.
+#![allow(dead_code, clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+
+pub mod facts;
+pub mod measured;
+pub mod step;
+pub mod tools;
+
+use facts::Facts;
+use measured::Measured;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+/// A folder of its own for one test's files, taken away when dropped.
+pub fn scratch() -> tempfile::TempDir {
+    tempfile::Builder::new()
+        .prefix("case-")
+        .tempdir_in(tools::cache())
+        .expect("a temporary folder")
+}
+
+/// What the binary is asked for beside the input and the outputs.
+#[derive(Clone, Copy, Debug)]
+pub struct Wanted {
+    /// Element size, in the length unit of the input.
+    pub size: f64,
+    /// Elements on a full circle.
+    pub size_curvature: Option<f64>,
+    /// Worker threads.
+    pub threads: usize,
+}
+
+/// Meshes `step` with the built binary; the VTU file that it wrote. Panics with the binary's own words unless it exits with 0.
+pub fn mesh(step: &Path, folder: &Path, name: &str, wanted: Wanted) -> PathBuf {
+    let vtu = folder.join(format!("{name}.vtu"));
+    let json = folder.join(format!("{name}.json"));
+    let mut command = tools::with_gmsh(env!("CARGO_BIN_EXE_midshell"));
+    command
+        .arg("mesh")
+        .arg(step)
+        .arg("-o")
+        .arg(&vtu)
+        .arg("--json")
+        .arg(&json);
+    command.args([
+        "--size",
+        &wanted.size.to_string(),
+        "--threads",
+        &wanted.threads.to_string(),
+    ]);
+    if let Some(n) = wanted.size_curvature {
+        command.args(["--size-curvature", &n.to_string()]);
+    }
+    tools::run(command, Duration::from_secs(300));
+    let report = std::fs::read_to_string(&json).expect("the report was written");
+    serde_json::from_str::<serde_json::Value>(&report).expect("the report is JSON");
+    vtu
+}
+
+/// Measures a mesh against a solid; `scale` multiplies the mesh first.
+pub fn measure(step: &Path, vtu: &Path, facts: &Facts, scale: f64) -> Measured {
+    let mut command = tools::python("measure.py");
+    command.arg("mesh").arg(step).arg(vtu);
+    command.args([
+        "--thickest",
+        &facts.thickest().to_string(),
+        "--scale",
+        &scale.to_string(),
+    ]);
+    let out = tools::run(command, Duration::from_secs(300));
+    serde_json::from_str(&out).unwrap_or_else(|e| panic!("measure.py: {e}: {out}"))
+}
+
+/// The mid-surface drawn by hand and meshed by Gmsh, with a planted defect if one is named.
+pub fn ideal(name: &str, folder: &Path, facts: &Facts, defect: Option<&str>) -> PathBuf {
+    let vtu = folder.join(format!("{name}.vtu"));
+    let mut command = tools::python("measure_ideal.py");
+    command
+        .arg(name)
+        .arg(&vtu)
+        .args(["--size", &facts.size.to_string()]);
+    if let Some(n) = facts.size_curvature {
+        command.args(["--size-curvature", &n.to_string()]);
+    }
+    if let Some(d) = defect {
+        command.args(["--plant", d]);
+    }
+    tools::run(command, Duration::from_secs(300));
+    vtu
+}
