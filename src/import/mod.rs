@@ -251,7 +251,10 @@ impl Job<'_> {
     fn not_cad(&self, log: &str) -> ImportError {
         ImportError::NotCad {
             path: self.path.to_path_buf(),
-            reason: format!("gmsh cannot read it ({})", gmsh::error_lines(log).join(" | ")),
+            reason: format!(
+                "gmsh cannot read it ({})",
+                gmsh::error_lines(log).join(" | ")
+            ),
         }
     }
 

@@ -313,7 +313,10 @@ impl<'a> Reader<'a> {
 
     fn format(&mut self) -> Result<(), MshError> {
         if self.line("$MeshFormat")? != b"$MeshFormat" {
-            return Err(self.error(0, MshErrorKind::Format("it does not begin with $MeshFormat")));
+            return Err(self.error(
+                0,
+                MshErrorKind::Format("it does not begin with $MeshFormat"),
+            ));
         }
         let start = self.at;
         let line = String::from_utf8_lossy(self.line("the version")?).into_owned();

@@ -40,7 +40,9 @@ pub enum PieceError {
         nodes: [u32; 3],
     },
     /// A triangle of a face is not on the boundary of the tets.
-    #[error("a triangle of face {face} is no boundary face of a tet of solid {solid} (nodes {nodes:?})")]
+    #[error(
+        "a triangle of face {face} is no boundary face of a tet of solid {solid} (nodes {nodes:?})"
+    )]
     LooseFacet {
         /// The solid.
         solid: i32,

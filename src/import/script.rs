@@ -211,7 +211,16 @@ impl Facts {
             .lines()
             .find_map(|l| l.split_once("midshell: solids ").map(|(_, rest)| rest))?;
         let words: Vec<&str> = line.split_whitespace().collect();
-        let [solids, "surfaces", surfaces, "open", open, "thickness", thickness] = words[..] else {
+        let [
+            solids,
+            "surfaces",
+            surfaces,
+            "open",
+            open,
+            "thickness",
+            thickness,
+        ] = words[..]
+        else {
             return None;
         };
         Some(Self {

@@ -313,7 +313,14 @@ pub struct Doubt {
 
 impl std::fmt::Display for Doubt {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "{}: {} ({:.4}, limit {:.4})", self.rule.code(), self.rule.meaning(), self.value, self.limit)
+        write!(
+            f,
+            "{}: {} ({:.4}, limit {:.4})",
+            self.rule.code(),
+            self.rule.meaning(),
+            self.value,
+            self.limit
+        )
     }
 }
 

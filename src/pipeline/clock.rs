@@ -11,7 +11,10 @@ pub(super) struct Clock<'a> {
 
 impl<'a> Clock<'a> {
     pub(super) fn new(progress: &'a dyn Progress) -> Self {
-        Self { progress, seconds: Vec::new() }
+        Self {
+            progress,
+            seconds: Vec::new(),
+        }
     }
 
     /// Does `work` under the name of a stage. A stage that runs several times is added up.

@@ -14,7 +14,9 @@ pub enum PipelineError {
     #[error(transparent)]
     BadSize(#[from] OptionFault),
     /// There is no wall.
-    #[error("no thin wall found in solid {solid}: no two of its {faces} faces face each other across material that is wider than thick")]
+    #[error(
+        "no thin wall found in solid {solid}: no two of its {faces} faces face each other across material that is wider than thick"
+    )]
     NoThinWall {
         /// The solid's number in the file.
         solid: i32,

@@ -11,9 +11,24 @@ pub(super) fn merge(meshes: Vec<ShellMesh>) -> ShellMesh {
         let (nodes, sheets) = (all.nodes.len() as u32, all.sheets.len());
         let node = |n: NodeId| NodeId(n.0 + nodes);
         let edges = |e: Vec<[NodeId; 2]>| e.into_iter().map(move |e| e.map(node));
-        all.nodes = all.nodes.into_vec().into_iter().chain(mesh.nodes.into_vec()).collect();
-        all.node_thickness = all.node_thickness.into_vec().into_iter().chain(mesh.node_thickness.into_vec()).collect();
-        all.node_normals = all.node_normals.into_vec().into_iter().chain(mesh.node_normals.into_vec()).collect();
+        all.nodes = all
+            .nodes
+            .into_vec()
+            .into_iter()
+            .chain(mesh.nodes.into_vec())
+            .collect();
+        all.node_thickness = all
+            .node_thickness
+            .into_vec()
+            .into_iter()
+            .chain(mesh.node_thickness.into_vec())
+            .collect();
+        all.node_normals = all
+            .node_normals
+            .into_vec()
+            .into_iter()
+            .chain(mesh.node_normals.into_vec())
+            .collect();
         for mut e in mesh.elements.into_vec() {
             e.corners = match e.corners {
                 Corners::Triangle(n) => Corners::Triangle(n.map(node)),
@@ -22,7 +37,12 @@ pub(super) fn merge(meshes: Vec<ShellMesh>) -> ShellMesh {
             e.sheet = SheetId::new(e.sheet.index() + sheets);
             all.elements.push(e);
         }
-        all.sheets = all.sheets.into_vec().into_iter().chain(mesh.sheets.into_vec()).collect();
+        all.sheets = all
+            .sheets
+            .into_vec()
+            .into_iter()
+            .chain(mesh.sheets.into_vec())
+            .collect();
         all.rims.extend(edges(mesh.rims));
         all.junctions.extend(edges(mesh.junctions));
         all.creases.extend(edges(mesh.creases));

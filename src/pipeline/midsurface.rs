@@ -52,16 +52,27 @@ struct Source<'a> {
 }
 
 /// Finds the mid-surface.
-pub(super) fn mid_surface(piece: &Piece, clock: &mut Clock<'_>) -> Result<MidSurface, PipelineError> {
+pub(super) fn mid_surface(
+    piece: &Piece,
+    clock: &mut Clock<'_>,
+) -> Result<MidSurface, PipelineError> {
     let brep = &piece.brep;
     let aag = clock.time("adjacency", || adjacency::adjacency(brep));
     let sightings = clock.time("pair", || pair::sight(brep));
     let graph = clock.time("decompose", || TetGraph::new(&piece.tets));
     let euler = euler_of_boundary(brep) as f64 / 2.0;
-    let source = Source { brep, graph, aag, sightings, euler };
+    let source = Source {
+        brep,
+        graph,
+        aag,
+        sightings,
+        euler,
+    };
     let mut best: Option<MidSurface> = None;
     for least_width in WIDTHS {
-        let Some(found) = candidate(&source, least_width, clock)? else { continue };
+        let Some(found) = candidate(&source, least_width, clock)? else {
+            continue;
+        };
         if best.as_ref().is_none_or(|b| rank(&found) > rank(b)) {
             best = Some(found);
         }
@@ -69,7 +80,10 @@ pub(super) fn mid_surface(piece: &Piece, clock: &mut Clock<'_>) -> Result<MidSur
             break;
         }
     }
-    best.ok_or(PipelineError::NoThinWall { solid: brep.solid_tag, faces: brep.faces.len() })
+    best.ok_or(PipelineError::NoThinWall {
+        solid: brep.solid_tag,
+        faces: brep.faces.len(),
+    })
 }
 
 /// Right topology first, then the score.
@@ -78,19 +92,39 @@ fn rank(found: &MidSurface) -> (bool, f64) {
     (right, found.assessment.score())
 }
 
-fn candidate(source: &Source<'_>, least_width: f64, clock: &mut Clock<'_>) -> Result<Option<MidSurface>, PipelineError> {
-    let Source { brep, graph, aag, sightings, euler } = source;
-    let options = PairOptions { least_width, ..PairOptions::default() };
+fn candidate(
+    source: &Source<'_>,
+    least_width: f64,
+    clock: &mut Clock<'_>,
+) -> Result<Option<MidSurface>, PipelineError> {
+    let Source {
+        brep,
+        graph,
+        aag,
+        sightings,
+        euler,
+    } = source;
+    let options = PairOptions {
+        least_width,
+        ..PairOptions::default()
+    };
     let pairing = clock.time("pair", || pair::pair(brep, aag, sightings, &options));
     if pairing.pairs.is_empty() {
         return Ok(None);
     }
     fault("pair", pairing.check().first())?;
     let roles = clock.time("role", || role::roles(aag, &pairing));
-    let decomposition = clock.time("decompose", || decompose::decompose(brep, graph, &pairing, &roles));
+    let decomposition = clock.time("decompose", || {
+        decompose::decompose(brep, graph, &pairing, &roles)
+    });
     let collapsed = clock.time("collapse", || {
-        let grade: IndexVec<TetEdgeId, Grade> = decomposition.passage.iter().map(|&p| p as Grade).collect();
-        let mut protected: IndexVec<TetEdgeId, bool> = decomposition.passage.iter().map(|&p| p != Passage::Along).collect();
+        let grade: IndexVec<TetEdgeId, Grade> =
+            decomposition.passage.iter().map(|&p| p as Grade).collect();
+        let mut protected: IndexVec<TetEdgeId, bool> = decomposition
+            .passage
+            .iter()
+            .map(|&p| p != Passage::Along)
+            .collect();
         let mut collapsed = collapse::collapse(graph, brep.vertices.len(), &protected, &grade);
         for _ in 0..ROUNDS {
             let more = widen::widen(graph, &collapsed, &grade);
@@ -106,7 +140,14 @@ fn candidate(source: &Source<'_>, least_width: f64, clock: &mut Clock<'_>) -> Re
     });
     let medial = clock.time("midpoint", || Medial::new(brep, aag, &pairing));
     let complex = clock.time("midpoint", || {
-        let (walls, _) = extract::cell_walls(brep, graph, &pairing, &decomposition, &collapsed.cells, &medial);
+        let (walls, _) = extract::cell_walls(
+            brep,
+            graph,
+            &pairing,
+            &decomposition,
+            &collapsed.cells,
+            &medial,
+        );
         extract::extract(brep, graph, &pairing, &walls, &medial)
     });
     if complex.triangles.is_empty() {
@@ -115,13 +156,24 @@ fn candidate(source: &Source<'_>, least_width: f64, clock: &mut Clock<'_>) -> Re
     fault("midpoint", complex.check().first())?;
     let assessment = clock.time("assess", || assess(brep, sightings, &complex));
     let (aag, euler) = (aag.clone(), *euler);
-    Ok(Some(MidSurface { aag, pairing, roles, complex, assessment, euler, least_width }))
+    Ok(Some(MidSurface {
+        aag,
+        pairing,
+        roles,
+        complex,
+        assessment,
+        euler,
+        least_width,
+    }))
 }
 
 fn fault<F: ToString>(stage: &'static str, first: Option<F>) -> Result<(), PipelineError> {
     match first {
         None => Ok(()),
-        Some(f) => Err(PipelineError::Internal { stage, what: f.to_string() }),
+        Some(f) => Err(PipelineError::Internal {
+            stage,
+            what: f.to_string(),
+        }),
     }
 }
 

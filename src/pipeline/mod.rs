@@ -46,7 +46,11 @@ pub struct MeshRun {
 }
 
 /// Meshes the mid-surface of a part.
-pub fn mesh(input: &Path, options: &MeshOptions, progress: &dyn Progress) -> Result<MeshRun, PipelineError> {
+pub fn mesh(
+    input: &Path,
+    options: &MeshOptions,
+    progress: &dyn Progress,
+) -> Result<MeshRun, PipelineError> {
     options.check()?;
     let mut clock = Clock::new(progress);
     let imported = clock.time("import", || import_cad(input, &import_options(options)))?;
@@ -59,11 +63,19 @@ pub fn mesh(input: &Path, options: &MeshOptions, progress: &dyn Progress) -> Res
 }
 
 fn import_options(options: &MeshOptions) -> ImportOptions {
-    ImportOptions { gmsh: options.gmsh.clone(), time_limit: options.time_limit, ..ImportOptions::default() }
+    ImportOptions {
+        gmsh: options.gmsh.clone(),
+        time_limit: options.time_limit,
+        ..ImportOptions::default()
+    }
 }
 
 /// Meshes solids that are already read and filled.
-fn mesh_pieces(pieces: &[Piece], options: &MeshOptions, clock: &mut Clock<'_>) -> Result<MeshRun, PipelineError> {
+fn mesh_pieces(
+    pieces: &[Piece],
+    options: &MeshOptions,
+    clock: &mut Clock<'_>,
+) -> Result<MeshRun, PipelineError> {
     let breps: Vec<&Brep> = pieces.iter().map(|p| &p.brep).collect();
     let diagonal = breps.iter().map(|b| b.diagonal()).fold(0.0, f64::max);
     options.check_against(diagonal)?;
@@ -77,21 +89,34 @@ fn mesh_pieces(pieces: &[Piece], options: &MeshOptions, clock: &mut Clock<'_>) -
     let triangles = merge::merge(meshes);
     let mesh = triangles;
     let wanted = solids.iter().map(|s| s.size).fold(f64::INFINITY, f64::min);
-    let quality = clock.time("quality", || quality::quality(&mesh, &Profile::shell(), Some(wanted)));
+    let quality = clock.time("quality", || {
+        quality::quality(&mesh, &Profile::shell(), Some(wanted))
+    });
     let audit = clock.time("audit", || audit::audit(&breps, &mesh, AUDIT_SEED));
     let report = RunReport::new(solids, quality, audit);
-    Ok(MeshRun { mesh, report, timings: Vec::new() })
+    Ok(MeshRun {
+        mesh,
+        report,
+        timings: Vec::new(),
+    })
 }
 
 /// The shell of triangles of one solid.
-fn mesh_solid(piece: &Piece, options: &MeshOptions, clock: &mut Clock<'_>) -> Result<(ShellMesh, SolidReport), PipelineError> {
+fn mesh_solid(
+    piece: &Piece,
+    options: &MeshOptions,
+    clock: &mut Clock<'_>,
+) -> Result<(ShellMesh, SolidReport), PipelineError> {
     let brep = &piece.brep;
     let found = midsurface::mid_surface(piece, clock)?;
     let medial = Medial::new(brep, &found.aag, &found.pairing);
     let sizing = size::sizing(brep, &found.pairing, options.size, options.size_curvature);
-    let field = |p: DVec3, w: WallId| sizing.at(medial.curvature_radius(p, w), medial.mean_thickness(w));
+    let field =
+        |p: DVec3, w: WallId| sizing.at(medial.curvature_radius(p, w), medial.mean_thickness(w));
     let complex = mesh_complex(&found, &sizing, &field, &medial, clock);
-    let mesh = clock.time("shell", || shell::shell(brep, &found.pairing, &medial, &complex));
+    let mesh = clock.time("shell", || {
+        shell::shell(brep, &found.pairing, &medial, &complex)
+    });
     let solid = SolidReport::new(brep, &found, sizing.target, &mesh);
     Ok((mesh, solid))
 }
@@ -105,11 +130,19 @@ fn mesh_complex(
     clock: &mut Clock<'_>,
 ) -> MidComplex {
     let shortest = |p: DVec3, w: WallId| sizing.speck(field(p, w));
-    let clean = clock.time("clean", || remesh::clean(found.complex.clone(), &shortest, medial));
-    clock.time("remesh", || remesh::remesh(clean, field, medial, &RemeshOptions::default()).0)
+    let clean = clock.time("clean", || {
+        remesh::clean(found.complex.clone(), &shortest, medial)
+    });
+    clock.time("remesh", || {
+        remesh::remesh(clean, field, medial, &RemeshOptions::default()).0
+    })
 }
 
 /// x
-pub fn inspect(_: &Path, _: &MeshOptions, _: &dyn Progress) -> Result<crate::inspection::Inspection, PipelineError> {
+pub fn inspect(
+    _: &Path,
+    _: &MeshOptions,
+    _: &dyn Progress,
+) -> Result<crate::inspection::Inspection, PipelineError> {
     Ok(Default::default())
 }

@@ -62,9 +62,19 @@ pub struct RunReport {
 }
 
 impl RunReport {
-    pub(super) fn new(solids: Vec<SolidReport>, quality: QualityReport, audit: AuditReport) -> Self {
+    pub(super) fn new(
+        solids: Vec<SolidReport>,
+        quality: QualityReport,
+        audit: AuditReport,
+    ) -> Self {
         let doubts = audit.doubts().iter().map(ToString::to_string).collect();
-        Self { solids, quality: Some(quality), audit: Some(audit), doubts, ..Self::default() }
+        Self {
+            solids,
+            quality: Some(quality),
+            audit: Some(audit),
+            doubts,
+            ..Self::default()
+        }
     }
 }
 
@@ -72,8 +82,11 @@ impl fmt::Display for RunReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(f, "{}", self.input.display())?;
         for s in &self.solids {
-            let peaks: Vec<String> =
-                s.peaks.iter().map(|p| format!("{:.3} mm ({:.0} %)", p.thickness, 100.0 * p.share)).collect();
+            let peaks: Vec<String> = s
+                .peaks
+                .iter()
+                .map(|p| format!("{:.3} mm ({:.0} %)", p.thickness, 100.0 * p.share))
+                .collect();
             writeln!(
                 f,
                 "solid {}: {} faces, {} walls, {} sheets, edge length {:.3} mm, thickness {}",

@@ -33,14 +33,20 @@ pub struct Sizing {
 pub fn sizing(brep: &Brep, pairing: &Pairing, size: Option<f64>, per_turn: Option<f64>) -> Sizing {
     let target = size.unwrap_or_else(|| {
         let fewest = (brep.area() / 2.0 / (MOST_TRIANGLES * 3f64.sqrt() / 4.0)).sqrt();
-        (THICKNESSES * typical_thickness(pairing)).min(COARSEST * brep.diagonal()).max(fewest)
+        (THICKNESSES * typical_thickness(pairing))
+            .min(COARSEST * brep.diagonal())
+            .max(fewest)
     });
     Sizing { target, per_turn }
 }
 
 /// Area-weighted median of the pairs' mean thickness, mm.
 fn typical_thickness(pairing: &Pairing) -> f64 {
-    let mut pairs: Vec<(f64, f64)> = pairing.pairs.iter().map(|p| (p.thickness[1], p.overlap)).collect();
+    let mut pairs: Vec<(f64, f64)> = pairing
+        .pairs
+        .iter()
+        .map(|p| (p.thickness[1], p.overlap))
+        .collect();
     pairs.sort_by(|a, b| a.0.total_cmp(&b.0));
     let half = pairs.iter().map(|p| p.1).sum::<f64>() / 2.0;
     let mut passed = 0.0;
@@ -58,7 +64,9 @@ impl Sizing {
     pub fn at(&self, radius: f64, thickness: f64) -> f64 {
         let curved = match self.per_turn {
             Some(count) => std::f64::consts::TAU * radius / count,
-            None => (8.0 * radius * CHORD * thickness).sqrt().max(SHORTEST * thickness),
+            None => (8.0 * radius * CHORD * thickness)
+                .sqrt()
+                .max(SHORTEST * thickness),
         };
         curved.min(self.target)
     }

@@ -18,6 +18,8 @@ pub struct PairOptions {
     pub large_patch: f64,
     /// Least overlap of a face beside paired faces (MidSurfer, algorithm 2: soft overlap).
     pub soft_overlap: f64,
+    /// Greatest distance across such a face, in thicknesses of the pair beside it: a wall does not double its thickness over one joint.
+    pub soft_thickness: f64,
 }
 
 impl Default for PairOptions {
@@ -28,6 +30,7 @@ impl Default for PairOptions {
             least_cover: 0.3,
             large_patch: 9.0,
             soft_overlap: 0.3,
+            soft_thickness: 2.0,
         }
     }
 }
@@ -76,24 +79,22 @@ pub(super) fn pairs(aag: &Aag, sightings: &[Sighting], options: &PairOptions) ->
     };
     accepted.retain(|v| is_wall(v.from) && is_wall(v.to));
 
-    let mut mates: IndexVec<FaceId, Vec<FaceId>> = IndexVec::filled(Vec::new(), aag.area.len());
+    let mut mates: IndexVec<FaceId, Vec<(FaceId, f64)>> =
+        IndexVec::filled(Vec::new(), aag.area.len());
     for v in &accepted {
-        mates[v.from].push(v.to);
-        mates[v.to].push(v.from);
+        mates[v.from].push((v.to, v.median()));
+        mates[v.to].push((v.from, v.median()));
     }
-    for v in complement(aag, &views, &mates, options) {
-        accepted.push(v);
-        mates[v.from].push(v.to);
-        mates[v.to].push(v.from);
-    }
+    accepted.extend(complement(aag, &views, &mates, options));
     gather(&views, &accepted)
 }
 
-/// Faces still alone that lie beside a paired face and see a neighbour of that face's mate: MidSurfer, algorithm 2.
+/// Faces still alone that lie beside a paired face and see a neighbour of that face's mate, about as far away: MidSurfer, algorithm 2.
+/// Without the distance the two ends of a strip, each beside both of its sides, would be a pair.
 fn complement<'a>(
     aag: &Aag,
     views: &'a [View],
-    mates: &IndexVec<FaceId, Vec<FaceId>>,
+    mates: &IndexVec<FaceId, Vec<(FaceId, f64)>>,
     options: &PairOptions,
 ) -> Vec<&'a View> {
     let beside = |f: FaceId, g: FaceId| aag.arcs_of(f).any(|a| Aag::across(a, f) == g);
@@ -106,9 +107,9 @@ fn complement<'a>(
                 && v.area > options.soft_overlap * aag.area[f]
                 && !beside(f, g)
                 && aag.arcs_of(f).any(|arc| {
-                    mates[Aag::across(arc, f)]
-                        .iter()
-                        .any(|&m| m == g || beside(m, g))
+                    mates[Aag::across(arc, f)].iter().any(|&(m, thickness)| {
+                        v.median() < options.soft_thickness * thickness && (m == g || beside(m, g))
+                    })
                 })
         })
         .collect()

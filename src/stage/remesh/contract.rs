@@ -190,7 +190,9 @@ pub(super) fn outcome(job: &Job, gone: NodeId, kept: NodeId, bounds: Bounds) -> 
 fn rated(job: &Job, t: TriangleId, p: [DVec3; 3]) -> f64 {
     let size = job.surface.triangle(t).nodes.map(|n| job.size[n]);
     let small = SPECK * size[0].min(size[1]).min(size[2]);
-    let longest = (p[0].distance(p[1])).max(p[1].distance(p[2])).max(p[2].distance(p[0]));
+    let longest = (p[0].distance(p[1]))
+        .max(p[1].distance(p[2]))
+        .max(p[2].distance(p[0]));
     if longest < small {
         quality(p)
     } else {

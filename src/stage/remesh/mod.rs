@@ -161,8 +161,8 @@ pub fn remesh(
         contract::contract_short(&mut job, bounds);
         flip::flip_all(&mut job);
         smooth::smooth(&mut job, SMOOTHINGS);
-        let changes = job.stats.splits + job.stats.contractions
-            - (before.splits + before.contractions);
+        let changes =
+            job.stats.splits + job.stats.contractions - (before.splits + before.contractions);
         if 2 * round >= options.rounds && changes * SETTLED < job.surface.live_triangles().count() {
             break;
         }
@@ -194,7 +194,12 @@ pub fn clean(
     job.refresh_references();
     job.size = sizes::raw(&job, shortest);
     let size_at = job.size.clone();
-    trace(&mut job, &|n| CLEAN_SLACK * size_at[n], &|n| size_at[n], false);
+    trace(
+        &mut job,
+        &|n| CLEAN_SLACK * size_at[n],
+        &|n| size_at[n],
+        false,
+    );
     uncrumple(&mut job, Bounds::clean());
     job.surface.finish()
 }
@@ -225,12 +230,7 @@ fn start<'a>(complex: MidComplex, placer: &'a dyn Placer, options: &'a RemeshOpt
 }
 
 /// Classifies the nodes and records the feature curves; `exact`: as the placer has them, not as the edges have them.
-fn trace(
-    job: &mut Job,
-    slack: &dyn Fn(NodeId) -> f64,
-    reach: &dyn Fn(NodeId) -> f64,
-    exact: bool,
-) {
+fn trace(job: &mut Job, slack: &dyn Fn(NodeId) -> f64, reach: &dyn Fn(NodeId) -> f64, exact: bool) {
     let chains = strata::classify(&mut job.surface, job.options.crease_angle, reach);
     let (size, held) = (&job.size, &*job);
     let onto = |[a, b]: [NodeId; 2], p: DVec3| held.placer.place(p, &held.middle_supports(a, b));

@@ -11,7 +11,13 @@ use forms::{Forms, area, assert_good, quality, roughen};
 use glam::DVec3;
 
 fn at_size(complex: &MidComplex, forms: &Forms, size: f64) -> MidComplex {
-    remesh(complex.clone(), &|_, _| size, forms, &RemeshOptions::default()).0
+    remesh(
+        complex.clone(),
+        &|_, _| size,
+        forms,
+        &RemeshOptions::default(),
+    )
+    .0
 }
 
 fn edge_lengths(c: &MidComplex) -> impl Iterator<Item = f64> + '_ {
@@ -23,7 +29,10 @@ fn edge_lengths(c: &MidComplex) -> impl Iterator<Item = f64> + '_ {
 /// Whether edge lengths are as asked for, on the mean.
 fn assert_size(c: &MidComplex, size: f64) {
     let mean = edge_lengths(c).sum::<f64>() / c.edges().len() as f64;
-    assert!(mean > 0.8 * size && mean < 1.2 * size, "mean {mean}, wanted {size}");
+    assert!(
+        mean > 0.8 * size && mean < 1.2 * size,
+        "mean {mean}, wanted {size}"
+    );
 }
 
 fn has_node_at(c: &MidComplex, p: DVec3) -> bool {
@@ -39,7 +48,12 @@ fn plates_finer_and_coarser_than_asked() {
             assert_good(&c, &out, &forms);
             assert_size(&out, size);
             assert!((area(&out) - 60.0).abs() < 1e-6);
-            for p in [v(0.0, 0.0, 0.0), v(10.0, 0.0, 0.0), v(10.0, 6.0, 0.0), v(0.0, 6.0, 0.0)] {
+            for p in [
+                v(0.0, 0.0, 0.0),
+                v(10.0, 0.0, 0.0),
+                v(10.0, 6.0, 0.0),
+                v(0.0, 6.0, 0.0),
+            ] {
                 assert!(has_node_at(&out, p));
             }
         }
@@ -138,7 +152,8 @@ fn one_thread_and_four_give_the_same() {
     let raw = roughen(c, &forms, 2000, 0.05);
     let run = |threads| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
-        pool.unwrap().install(|| at_size(&clean(raw.clone(), &|_, _| 0.1, &forms), &forms, 0.5))
+        pool.unwrap()
+            .install(|| at_size(&clean(raw.clone(), &|_, _| 0.1, &forms), &forms, 0.5))
     };
     assert_eq!(run(1), run(4));
 }
@@ -147,7 +162,9 @@ fn one_thread_and_four_give_the_same() {
 fn the_checks_of_these_tests_fail_on_planted_defects() {
     let (c, forms) = plate(10, 6);
     let mut turned = c.clone();
-    turned.triangles[crate::model::ids::TriangleId(5)].nodes.swap(0, 1);
+    turned.triangles[crate::model::ids::TriangleId(5)]
+        .nodes
+        .swap(0, 1);
     assert_eq!(quality(&turned, &forms).flipped, 1);
     let mut torn = c.clone();
     let mut triangles = torn.triangles.into_vec();
@@ -158,17 +175,48 @@ fn the_checks_of_these_tests_fail_on_planted_defects() {
 
 #[test]
 fn dbg_time() {
-    for (name, (c, forms), size) in [("raw", { let (c, f) = plate(60, 40); (roughen(c, &f, 60000, 0.01), f) }, 0.035), ("tube", tube(500, 110), 0.055), ("plate", plate(250, 200), 0.035)] {
+    for (name, (c, forms), size) in [
+        (
+            "raw",
+            {
+                let (c, f) = plate(60, 40);
+                (roughen(c, &f, 60000, 0.01), f)
+            },
+            0.035,
+        ),
+        ("tube", tube(500, 110), 0.055),
+        ("plate", plate(250, 200), 0.035),
+    ] {
         for threads in [1] {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        let t = std::time::Instant::now();
-        let (out, st) = pool.install(|| remesh(c.clone(), &|_, _| size, &forms, &RemeshOptions::default()));
-        println!("{name} {threads} {} -> {} in {:?} {:?} {st:?}", c.triangles.len(), out.triangles.len(), t.elapsed(), quality(&out, &forms));
-        let t = std::time::Instant::now();
-        let out = pool.install(|| clean(c.clone(), &|_, _| size*0.3, &forms));
-        println!("{name} {threads} clean -> {} in {:?}", out.triangles.len(), t.elapsed());
-        let (out, st) = pool.install(|| remesh(out.clone(), &|_, _| size, &forms, &RemeshOptions::default()));
-        println!("{name} {threads} clean and remesh {} -> {} {:?} {st:?}", c.triangles.len(), out.triangles.len(), quality(&out, &forms));
+            let pool = rayon::ThreadPoolBuilder::new()
+                .num_threads(threads)
+                .build()
+                .unwrap();
+            let t = std::time::Instant::now();
+            let (out, st) =
+                pool.install(|| remesh(c.clone(), &|_, _| size, &forms, &RemeshOptions::default()));
+            println!(
+                "{name} {threads} {} -> {} in {:?} {:?} {st:?}",
+                c.triangles.len(),
+                out.triangles.len(),
+                t.elapsed(),
+                quality(&out, &forms)
+            );
+            let t = std::time::Instant::now();
+            let out = pool.install(|| clean(c.clone(), &|_, _| size * 0.3, &forms));
+            println!(
+                "{name} {threads} clean -> {} in {:?}",
+                out.triangles.len(),
+                t.elapsed()
+            );
+            let (out, st) = pool
+                .install(|| remesh(out.clone(), &|_, _| size, &forms, &RemeshOptions::default()));
+            println!(
+                "{name} {threads} clean and remesh {} -> {} {:?} {st:?}",
+                c.triangles.len(),
+                out.triangles.len(),
+                quality(&out, &forms)
+            );
         }
     }
 }
