@@ -33,6 +33,9 @@ const DUST: f64 = 0.05;
 /// from finer ones keep a quarter too many nodes.
 const STRETCHED: f64 = 1.5;
 
+/// Edges below this ratio go before anything else: what they belong to is no shape at this size.
+const SPECKS: f64 = 0.3;
+
 /// What a contraction must keep to.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Bounds {
@@ -61,6 +64,13 @@ impl Bounds {
             longest: LONGEST,
             deviation: 1.0,
             knots: false,
+        }
+    }
+    /// Those of the cleaning that begins a remeshing.
+    pub fn specks() -> Self {
+        Self {
+            shorter_than: SPECKS,
+            ..Self::clean()
         }
     }
     /// Those of cleaning: what is short goes, however long the others get.
@@ -108,7 +118,12 @@ fn sweep(job: &mut Job, bounds: Bounds) {
     }
 }
 
-fn entry(job: &Job, a: NodeId, b: NodeId, bounds: Bounds) -> Option<Reverse<(u64, NodeId, NodeId)>> {
+fn entry(
+    job: &Job,
+    a: NodeId,
+    b: NodeId,
+    bounds: Bounds,
+) -> Option<Reverse<(u64, NodeId, NodeId)>> {
     let ratio = job.ratio(a, b);
     (ratio < bounds.shorter_than).then(|| Reverse((key(ratio), a, b)))
 }
@@ -185,7 +200,9 @@ pub(super) fn outcome(job: &Job, gone: NodeId, kept: NodeId, bounds: Bounds) -> 
 fn rated(job: &Job, t: TriangleId, p: [DVec3; 3]) -> f64 {
     let size = job.surface.triangle(t).nodes.map(|n| job.size[n]);
     let small = SPECK * size[0].min(size[1]).min(size[2]);
-    let longest = (p[0].distance(p[1])).max(p[1].distance(p[2])).max(p[2].distance(p[0]));
+    let longest = (p[0].distance(p[1]))
+        .max(p[1].distance(p[2]))
+        .max(p[2].distance(p[0]));
     if longest < small {
         quality(p)
     } else {

@@ -25,9 +25,10 @@ pub(super) fn flip_below(job: &mut Job, limit: f64) {
     let surface = &job.surface;
     let poor = |surface: &Surface, [a, b]: [NodeId; 2]| {
         limit == f64::INFINITY
-            || surface.around(a, b).into_iter().any(|t| {
-                signed_quality(surface.corners(t), surface.reference[t]) < limit
-            })
+            || surface
+                .around(a, b)
+                .into_iter()
+                .any(|t| signed_quality(surface.corners(t), surface.reference[t]) < limit)
     };
     let edges = surface.edges();
     let mut left = MOST * edges.len();

@@ -12,7 +12,8 @@
 //!   only under the link condition with feature strata (see `contract`), splits and flips cannot change them.
 //! - Corners stay: ends and forks of feature curves, and sharp turns (see `strata`).
 //! - Curves stay within `max_deviation` of where they were at the start, and nodes on them are put onto their supports.
-//! - No triangle turns over in one operation, nor leans further than 75 degrees from its wall, unless it did at the start and found no way out.
+//! - No triangle turns over in one operation, nor leans further than 75 degrees from its wall; exceptions are triangles that did so at the
+//!   start (they may only get better), and those far smaller or flatter than the size, which go without regard to their normals.
 //! - Each sheet comes out wound one way, to the side of the wall's normal.
 //! - Same result for any number of threads; scale-free.
 //!
@@ -145,6 +146,7 @@ pub fn remesh(
     let size_at = job.size.clone();
     trace(&mut job, &|n| slack[n], &|n| REACH * size_at[n], true);
     sizes::renew(&mut job, size, false);
+    uncrumple(&mut job, Bounds::specks());
     uncrumple(&mut job, Bounds::stretched());
     for round in 0..options.rounds {
         job.refresh_references();
@@ -161,8 +163,8 @@ pub fn remesh(
         contract::contract_short(&mut job, bounds);
         flip::flip_all(&mut job);
         smooth::smooth(&mut job, SMOOTHINGS);
-        let changes = job.stats.splits + job.stats.contractions
-            - (before.splits + before.contractions);
+        let changes =
+            job.stats.splits + job.stats.contractions - (before.splits + before.contractions);
         if 2 * round >= options.rounds && changes * SETTLED < job.surface.live_triangles().count() {
             break;
         }
@@ -194,7 +196,12 @@ pub fn clean(
     job.refresh_references();
     job.size = sizes::raw(&job, shortest);
     let size_at = job.size.clone();
-    trace(&mut job, &|n| CLEAN_SLACK * size_at[n], &|n| size_at[n], false);
+    trace(
+        &mut job,
+        &|n| CLEAN_SLACK * size_at[n],
+        &|n| size_at[n],
+        false,
+    );
     uncrumple(&mut job, Bounds::clean());
     job.surface.finish()
 }
@@ -213,11 +220,7 @@ fn uncrumple(job: &mut Job, bounds: Bounds) {
     }
 }
 
-fn start<'a>(
-    complex: MidComplex,
-    placer: &'a dyn Placer,
-    options: &'a RemeshOptions,
-) -> Job<'a> {
+fn start<'a>(complex: MidComplex, placer: &'a dyn Placer, options: &'a RemeshOptions) -> Job<'a> {
     Job {
         surface: Surface::new(complex),
         guides: Guides::default(),
@@ -229,12 +232,7 @@ fn start<'a>(
 }
 
 /// Classifies the nodes and records the feature curves; `exact`: as the placer has them, not as the edges have them.
-fn trace(
-    job: &mut Job,
-    slack: &dyn Fn(NodeId) -> f64,
-    reach: &dyn Fn(NodeId) -> f64,
-    exact: bool,
-) {
+fn trace(job: &mut Job, slack: &dyn Fn(NodeId) -> f64, reach: &dyn Fn(NodeId) -> f64, exact: bool) {
     let chains = strata::classify(&mut job.surface, job.options.crease_angle, reach);
     let (size, held) = (&job.size, &*job);
     let onto = |[a, b]: [NodeId; 2], p: DVec3| held.placer.place(p, &held.middle_supports(a, b));

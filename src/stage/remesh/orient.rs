@@ -60,7 +60,11 @@ pub(super) fn orient(complex: &mut MidComplex, placer: &dyn Placer) {
                 }
             }
         }
-        let over = if by_normal != 0.0 { by_normal < 0.0 } else { by_area < 0.0 };
+        let over = if by_normal != 0.0 {
+            by_normal < 0.0
+        } else {
+            by_area < 0.0
+        };
         for t in sheet {
             if turned[t].unwrap_or(false) != over {
                 complex.triangles[t].nodes.swap(1, 2);

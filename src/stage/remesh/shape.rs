@@ -116,7 +116,9 @@ mod tests {
         assert!((quality(half) - 3f64.sqrt() / 2.0).abs() < 1e-12);
         assert!((edge_ratio(half) - 2f64.sqrt()).abs() < 1e-12);
         let [least, most] = angles(half);
-        assert!((least.to_degrees() - 45.0).abs() < 1e-9 && (most.to_degrees() - 90.0).abs() < 1e-9);
+        assert!(
+            (least.to_degrees() - 45.0).abs() < 1e-9 && (most.to_degrees() - 90.0).abs() < 1e-9
+        );
     }
 
     #[test]

@@ -114,13 +114,7 @@ fn curve_target(job: &Job, n: NodeId, share: f64) -> Option<Target> {
 }
 
 /// The place of a curve node after a slide.
-pub(super) fn along(
-    job: &Job,
-    n: NodeId,
-    guide: GuideId,
-    from: f64,
-    step: f64,
-) -> Option<Target> {
+pub(super) fn along(job: &Job, n: NodeId, guide: GuideId, from: f64, step: f64) -> Option<Target> {
     let at = from + step;
     // Its distance from the guide, mostly the sag of a coarse guide, stays as it is until the placer decides.
     placed(job, n, job.guides.point(guide, at), Some(at))

@@ -34,7 +34,8 @@ pub(super) fn split_long(job: &mut Job) {
             .into_par_iter()
             .filter_map(|[a, b]| {
                 let ratio = job.ratio(a, b);
-                let over = (ratio > LONGEST && leads(job, a, b)) || (ratio > 0.2 && strays(job, a, b));
+                let over =
+                    (ratio > LONGEST && leads(job, a, b)) || (ratio > 0.2 && strays(job, a, b));
                 over.then(|| (key(ratio), [a, b]))
             })
             .collect();

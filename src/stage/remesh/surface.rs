@@ -205,8 +205,7 @@ impl Surface {
         self.spokes(n)
             .chunk_by(|a, b| a.0 == b.0)
             .filter(|run| {
-                run.len() != 2
-                    || self.triangles[run[0].1].wall != self.triangles[run[1].1].wall
+                run.len() != 2 || self.triangles[run[0].1].wall != self.triangles[run[1].1].wall
             })
             .map(|run| run[0].0)
             .collect()
@@ -349,4 +348,3 @@ impl Surface {
 pub(super) fn key(value: f64) -> u64 {
     value.max(0.0).to_bits()
 }
-

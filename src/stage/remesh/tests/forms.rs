@@ -154,7 +154,10 @@ pub struct Dice(pub u64);
 
 impl Dice {
     pub fn roll(&mut self) -> f64 {
-        self.0 = self.0.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+        self.0 = self
+            .0
+            .wrapping_mul(6364136223846793005)
+            .wrapping_add(1442695040888963407);
         (self.0 >> 11) as f64 / (1u64 << 53) as f64
     }
 }
@@ -322,7 +325,11 @@ pub fn assert_good(before: &MidComplex, after: &MidComplex, forms: &Forms) {
     }
     let q = quality(after, forms);
     assert_eq!(q.flipped, 0, "{q:?}");
-    assert!(q.long <= 0.01 && q.worst <= 5.0, "{q:?} of {}", after.triangles.len());
+    assert!(
+        q.long <= 0.01 && q.worst <= 5.0,
+        "{q:?} of {}",
+        after.triangles.len()
+    );
     assert!(q.angled <= 0.02, "{q:?} of {}", after.triangles.len());
     for n in after.nodes.iter() {
         let off = forms.place(n.point, &n.supports).distance(n.point);

@@ -40,7 +40,11 @@ fn three_edged_hole(radius: f64) -> MidComplex {
     };
     for k in 0..3 {
         let (i, j) = (at(radius, k, 3), at(radius, k + 1, 3));
-        let (o, p, q) = (at(4.0, 2 * k, 6), at(4.0, 2 * k + 1, 6), at(4.0, 2 * k + 2, 6));
+        let (o, p, q) = (
+            at(4.0, 2 * k, 6),
+            at(4.0, 2 * k + 1, 6),
+            at(4.0, 2 * k + 2, 6),
+        );
         b.triangle([i, o, p], 0);
         b.triangle([i, p, j], 0);
         b.triangle([j, p, q], 0);
@@ -70,7 +74,12 @@ fn a_hole_of_three_edges_stays() {
 fn a_bubble_stays() {
     // The four faces of a tetrahedron on one wall: every edge has its two apexes, but all contractions flatten it.
     let mut b = Builder::default();
-    let p = [v(0.0, 0.0, 0.0), v(1.0, 0.0, 0.0), v(0.0, 1.0, 0.0), v(0.0, 0.0, 1.0)];
+    let p = [
+        v(0.0, 0.0, 0.0),
+        v(1.0, 0.0, 0.0),
+        v(0.0, 1.0, 0.0),
+        v(0.0, 0.0, 1.0),
+    ];
     for t in [[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]] {
         b.triangle(t.map(|i| p[i]), 0);
     }
@@ -90,7 +99,13 @@ fn a_neck_of_three_edges_stays() {
         }
     }
     let (thin, _) = tube(12, 40);
-    let out = remesh(thin.clone(), &|_, _| 30.0, &forms, &RemeshOptions::default()).0;
+    let out = remesh(
+        thin.clone(),
+        &|_, _| 30.0,
+        &forms,
+        &RemeshOptions::default(),
+    )
+    .0;
     assert_eq!(topology(&out), topology(&thin));
 }
 
@@ -112,7 +127,11 @@ fn a_pinched_node_is_a_corner() {
     let mut b = Builder::default();
     let o = DVec3::ZERO;
     for side in [-1.0, 1.0] {
-        let p = [v(side, -1.0, side), v(side, 1.0, side), v(side, 0.0, 2.0 * side)];
+        let p = [
+            v(side, -1.0, side),
+            v(side, 1.0, side),
+            v(side, 0.0, 2.0 * side),
+        ];
         for k in 0..3 {
             b.triangle([o, p[k], p[(k + 1) % 3]], 0);
         }
