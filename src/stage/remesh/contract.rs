@@ -33,6 +33,9 @@ const DUST: f64 = 0.05;
 /// from finer ones keep a quarter too many nodes.
 const STRETCHED: f64 = 1.5;
 
+/// Edges below this ratio go before anything else: what they belong to is no shape at this size.
+const SPECKS: f64 = 0.3;
+
 /// What a contraction must keep to.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Bounds {
@@ -61,6 +64,13 @@ impl Bounds {
             longest: LONGEST,
             deviation: 1.0,
             knots: false,
+        }
+    }
+    /// Those of the cleaning that begins a remeshing.
+    pub fn specks() -> Self {
+        Self {
+            shorter_than: SPECKS,
+            ..Self::clean()
         }
     }
     /// Those of cleaning: what is short goes, however long the others get.

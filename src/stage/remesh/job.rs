@@ -84,7 +84,7 @@ impl Job<'_> {
             let before = self.surface.quality_now(n);
             // A node that is crowded keeps part of the way: halves down to an eighth, then it waits for a better mesh.
             let step = [1.0, 0.5, 0.25, 0.125].into_iter().find(|&f| {
-                let quality = self.surface.quality_at(n, from.lerp(place, f));
+                let quality = self.surface.quality_at(n, from.lerp(place, f), before);
                 quality.is_some_and(|q| q >= 0.5 * before.min(0.4))
             });
             match step {

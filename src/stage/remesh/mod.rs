@@ -12,7 +12,8 @@
 //!   only under the link condition with feature strata (see `contract`), splits and flips cannot change them.
 //! - Corners stay: ends and forks of feature curves, and sharp turns (see `strata`).
 //! - Curves stay within `max_deviation` of where they were at the start, and nodes on them are put onto their supports.
-//! - No triangle turns over in one operation, nor leans further than 75 degrees from its wall, unless it did at the start and found no way out.
+//! - No triangle turns over in one operation, nor leans further than 75 degrees from its wall; exceptions are triangles that did so at the
+//!   start (they may only get better), and those far smaller or flatter than the size, which go without regard to their normals.
 //! - Each sheet comes out wound one way, to the side of the wall's normal.
 //! - Same result for any number of threads; scale-free.
 //!
@@ -145,6 +146,7 @@ pub fn remesh(
     let size_at = job.size.clone();
     trace(&mut job, &|n| slack[n], &|n| REACH * size_at[n], true);
     sizes::renew(&mut job, size, false);
+    uncrumple(&mut job, Bounds::specks());
     uncrumple(&mut job, Bounds::stretched());
     for round in 0..options.rounds {
         job.refresh_references();

@@ -127,7 +127,7 @@ fn search(job: &mut Job, n: NodeId) -> bool {
         let Some(target) = target else {
             return false;
         };
-        match job.surface.quality_at(n, target.point) {
+        match job.surface.quality_at(n, target.point, best) {
             Some(q) if q > best + GAIN => {
                 best = q;
                 accept(job, n, target);

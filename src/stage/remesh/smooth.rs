@@ -16,6 +16,9 @@ const GOOD: f64 = 0.8;
 /// Share of the way to the target: all nodes move at once, and full steps would overshoot together.
 const RELAX: f64 = 0.7;
 
+/// A move shorter than this share of the size changes no quality that anyone could tell.
+const STILL: f64 = 0.01;
+
 /// A place for a node; for a curve node with its arc length on the guide.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Target {
@@ -35,10 +38,13 @@ pub(super) fn smooth(job: &mut Job, times: usize) {
             nodes.par_iter().map(|&n| target(job, n, RELAX)).collect();
         for (&n, target) in nodes.iter().zip(targets) {
             if let Some(target) = target {
+                if target.point.distance(job.surface.points[n]) < STILL * job.size[n] {
+                    continue;
+                }
                 let before = job.surface.quality_now(n);
                 if job
                     .surface
-                    .quality_at(n, target.point)
+                    .quality_at(n, target.point, before)
                     .is_some_and(|q| q >= before.min(GOOD))
                 {
                     accept(job, n, target);

@@ -146,11 +146,13 @@ impl Surface {
     /// The triangles that share edge `a`-`b`; empty where there is no such edge.
     #[inline]
     pub fn around(&self, a: NodeId, b: NodeId) -> Ring {
-        self.stars[a]
-            .iter()
-            .copied()
-            .filter(|&t| self.triangles[t].nodes.contains(&b))
-            .collect()
+        let mut ring = Ring::new();
+        for &t in &self.stars[a] {
+            if self.triangles[t].nodes.contains(&b) {
+                ring.push(t);
+            }
+        }
+        ring
     }
 
     /// The corner of `t` that is neither `a` nor `b`.
@@ -168,12 +170,16 @@ impl Surface {
 
     /// Neighbours of a node, sorted.
     pub fn neighbours(&self, n: NodeId) -> Nodes {
+        // Each neighbour comes twice: leaving the second out at once keeps the list on the stack.
         let mut all = Nodes::new();
         for &t in &self.stars[n] {
-            all.extend(self.triangles[t].nodes.into_iter().filter(|&m| m != n));
+            for m in self.triangles[t].nodes {
+                if m != n && !all.contains(&m) {
+                    all.push(m);
+                }
+            }
         }
         all.sort_unstable();
-        all.dedup();
         all
     }
 
@@ -306,11 +312,12 @@ impl Surface {
         self.points.len()
     }
 
-    /// Least signed quality of the triangles at a node, with the node at `p`; `None` where one that was sound would turn over.
-    pub fn quality_at(&self, n: NodeId, p: DVec3) -> Option<f64> {
+    /// Least signed quality of the triangles at a node, with the node at `p`, given that with the node
+    /// where it is; `None` where one that was sound would turn over.
+    pub fn quality_at(&self, n: NodeId, p: DVec3, before: f64) -> Option<f64> {
         let mut least = f64::INFINITY;
         // Where the star is folded already the turns say nothing: callers ask for better than before, and that unfolds it.
-        let folded = self.quality_now(n) < 0.0;
+        let folded = before < 0.0;
         for &t in &self.stars[n] {
             let new = self.corners_with(t, n, p);
             if !folded && !may_turn(self.corners(t), new, self.reference[t]) {

@@ -19,13 +19,36 @@ fn sides(to: DVec3) -> Vec<Form> {
 
 /// A rectangle 10 x 6 in z = 0.
 pub fn plate(nu: usize, nv: usize) -> (MidComplex, Forms) {
+    rectangle(v(10.0, 6.0, 0.0), nu, nv)
+}
+
+/// A rectangle from the origin to `to` in z = 0.
+pub fn rectangle(to: DVec3, nu: usize, nv: usize) -> (MidComplex, Forms) {
     let forms = Forms {
         walls: vec![Form::Plane(DVec3::ZERO, DVec3::Z)],
-        faces: sides(v(10.0, 6.0, 1.0))[..4].to_vec(),
+        faces: sides(to + DVec3::Z)[..4].to_vec(),
         thickness: 0.5,
     };
     let mut b = Builder::default();
-    b.grid(nu, nv, 0, |s, t| v(10.0 * s, 6.0 * t, 0.0));
+    b.grid(nu, nv, 0, |s, t| v(to.x * s, to.y * t, 0.0));
+    (b.finish(&forms), forms)
+}
+
+/// A triangle in z = 0 with this angle, degrees, at the origin, 8 long.
+pub fn wedge(angle: f64) -> (MidComplex, Forms) {
+    let slope = angle.to_radians().tan();
+    let normal = v(-slope, 1.0, 0.0).normalize();
+    let forms = Forms {
+        walls: vec![Form::Plane(DVec3::ZERO, DVec3::Z)],
+        faces: vec![
+            Form::Plane(DVec3::ZERO, DVec3::Y),
+            Form::Plane(DVec3::ZERO, normal),
+            Form::Plane(v(8.0, 0.0, 0.0), DVec3::X),
+        ],
+        thickness: 0.5,
+    };
+    let mut b = Builder::default();
+    b.grid(20, 6, 0, |s, t| v(8.0 * s, 8.0 * s * t * slope, 0.0));
     (b.finish(&forms), forms)
 }
 

@@ -5,10 +5,13 @@ mod forms;
 mod topology;
 
 use super::{RemeshOptions, clean, remesh};
-use crate::model::complex::{EdgeKind, MidComplex};
-use cases::{book, plate, sphere, tee, tube, v, washer};
-use forms::{Forms, area, assert_good, quality, roughen};
-use glam::DVec3;
+use crate::geom::placer::Placer;
+use crate::model::complex::{EdgeKind, MidComplex, Support};
+use crate::model::ids::WallId;
+use cases::{book, plate, rectangle, sphere, tee, tube, v, washer, wedge};
+use forms::{Form, Forms, area, assert_good, quality, roughen};
+use glam::{DQuat, DVec3};
+use proptest::prelude::*;
 
 fn at_size(complex: &MidComplex, forms: &Forms, size: f64) -> MidComplex {
     remesh(
@@ -218,5 +221,112 @@ fn dbg_time() {
                 quality(&out, &forms)
             );
         }
+fn a_strip_narrower_than_the_size_gets_triangles_of_its_width() {
+    let (c, forms) = rectangle(v(10.0, 0.3, 0.0), 40, 2);
+    let out = at_size(&c, &forms, 1.0);
+    assert_good(&c, &out, &forms);
+    assert!(out.triangles.len() < 400, "{}", out.triangles.len());
+}
+
+#[test]
+fn a_sharp_wedge_is_not_refined_without_end() {
+    let (c, forms) = wedge(20.0);
+    let out = at_size(&c, &forms, 0.5);
+    assert_eq!(out.check(), vec![]);
+    assert_eq!(forms::topology(&out), forms::topology(&c));
+    let q = quality(&out, &forms);
+    // Only the triangle in the tip must have its angle.
+    assert!(q.flipped == 0 && q.worst < 5.0 && q.long <= 0.02, "{q:?}");
+    assert!(out.triangles.len() < 300, "{}", out.triangles.len());
+}
+
+/// A placer that knows nothing but the thickness.
+struct Blind;
+
+impl Placer for Blind {
+    fn place(&self, start: DVec3, _: &[Support]) -> DVec3 {
+        start
+    }
+    fn normal(&self, _: DVec3, _: WallId) -> Option<DVec3> {
+        None
+    }
+    fn thickness(&self, _: DVec3, _: WallId) -> Option<f64> {
+        Some(0.2)
+    }
+    fn curvature_radius(&self, _: DVec3, _: WallId) -> f64 {
+        f64::INFINITY
+    }
+}
+
+#[test]
+fn without_any_geometry_the_shape_stays_all_the_same() {
+    let (c, forms) = washer(200, 30);
+    let (mut out, stats) = remesh(c.clone(), &|_, _| 0.6, &Blind, &RemeshOptions::default());
+    assert_eq!(stats.unplaced, 0);
+    // A wall without normals keeps the winding that it had.
+    super::orient::orient(&mut out, &forms);
+    let mut forms = forms;
+    // Rim nodes are checked against circles with what the slack allows: nodes of the blind placer lie on the chords of the input.
+    forms.thickness *= 1e4;
+    assert_good(&c, &out, &forms);
+    let (c, _) = tube(80, 30);
+    let out = remesh(c.clone(), &|_, _| 0.6, &Blind, &RemeshOptions::default()).0;
+    assert_eq!(out.check(), vec![]);
+    assert_eq!(forms::topology(&out), forms::topology(&c));
+    let (before, after) = (length_of_rims(&c), length_of_rims(&out));
+    assert!(
+        (before - after).abs() < 0.01 * before,
+        "{before} became {after}"
+    );
+}
+
+fn mapped(
+    c: &MidComplex,
+    forms: &Forms,
+    map: &dyn Fn(DVec3) -> DVec3,
+    scale: f64,
+) -> (MidComplex, Forms) {
+    let mut c = c.clone();
+    for n in c.nodes.iter_mut() {
+        n.point = map(n.point);
+    }
+    let all = |list: &[Form]| list.iter().map(|f| f.moved(map, scale)).collect();
+    let forms = Forms {
+        walls: all(&forms.walls),
+        faces: all(&forms.faces),
+        thickness: forms.thickness * scale,
+    };
+    (c, forms)
+}
+
+#[test]
+fn a_scale_by_a_power_of_two_changes_no_bit_of_the_result() {
+    let (c, forms) = tee(8);
+    let raw = roughen(c, &forms, 800, 0.05);
+    let scale = 1.0 / 1024.0;
+    let (small, small_forms) = mapped(&raw, &forms, &|p| p * scale, scale);
+    let whole = at_size(&clean(raw, &|_, _| 0.1, &forms), &forms, 0.5);
+    let cleaned = clean(small, &|_, _| 0.1 * scale, &small_forms);
+    let part = at_size(&cleaned, &small_forms, 0.5 * scale);
+    assert_eq!(part.triangles, whole.triangles);
+    for (p, q) in part.nodes.iter().zip(whole.nodes.iter()) {
+        assert_eq!(p.point / scale, q.point);
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 6, failure_persistence: None, ..ProptestConfig::default() })]
+    #[test]
+    fn a_motion_and_a_scale_keep_the_counts(angle in 0.1..3.0f64, shift in -50.0..50.0f64, power in -3..4i32) {
+        let (c, forms) = tee(8);
+        let raw = roughen(c, &forms, 800, 0.05);
+        let here = at_size(&raw, &forms, 0.5);
+        let scale = 10f64.powi(power);
+        let turn = DQuat::from_axis_angle(v(1.0, 2.0, 2.0) / 3.0, angle);
+        let (there, there_forms) = mapped(&raw, &forms, &|p| (turn * p + shift) * scale, scale);
+        let out = at_size(&there, &there_forms, 0.5 * scale);
+        assert_good(&there, &out, &there_forms);
+        let (x, y) = (here.triangles.len() as f64, out.triangles.len() as f64);
+        prop_assert!((x - y).abs() < 0.05 * x, "{} and {}", x, y);
     }
 }
