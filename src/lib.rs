@@ -4,6 +4,7 @@ pub mod export;
 pub mod geom;
 pub mod import;
 pub mod model;
+pub mod report_text;
 pub mod spatial;
 pub mod stage;
 
