@@ -1,5 +1,6 @@
 //! **midshell**: from a thin-walled solid to a connected shell mesh on its mid-surface.
 
+mod test_parts;
 pub mod charts;
 pub mod doctor;
 pub mod exit_class;
@@ -11,9 +12,9 @@ pub mod medial;
 pub mod model;
 pub mod options;
 pub mod pipeline;
+pub mod report_text;
 pub mod solve;
 pub mod spatial;
 pub mod stage;
 
 #[cfg(test)]
-mod test_parts;

@@ -69,7 +69,13 @@ pub(super) fn measure(
         .map(|s| [s.at; 3])
         .chain(skin.sharp.iter().map(|[a, b]| [*a, *b, *b]))
         .collect();
-    let (free_off, free_length) = free_edges(free, &rims, &flat.thickness);
+    let on_rim = |p: DVec3, reach: f64| {
+        let Some((piece, weights)) = skin.nearest(p, reach) else {
+            return false;
+        };
+        thin(&look_across(skin, piece, weights)).is_none()
+    };
+    let (free_off, free_length) = free_edges(free, &rims, &flat.thickness, on_rim);
     Coverage {
         cover: hits as f64 / walls.max(1) as f64,
         thin_share: walls as f64 / spots.len().max(1) as f64,
@@ -95,8 +101,14 @@ fn look_across(skin: &Skin, piece: usize, weights: [f64; 3]) -> Spot {
     }
 }
 
-/// Share of the free length that is on no rim, and all of it.
-fn free_edges(free: &[[DVec3; 2]], rims: &[[DVec3; 3]], thickness: &[f64]) -> (f64, f64) {
+/// Share of the free length that is on no rim, and all of it. A point is on a rim if one of the `rims` is near, or if `on_rim` says so of
+/// the skin next to it: samples are too sparse for the narrow rims of a large part.
+fn free_edges(
+    free: &[[DVec3; 2]],
+    rims: &[[DVec3; 3]],
+    thickness: &[f64],
+    on_rim: impl Fn(DVec3, f64) -> bool + Sync,
+) -> (f64, f64) {
     let Some(t) = median(thickness.to_vec()) else {
         return (0.0, 0.0);
     };
@@ -105,10 +117,9 @@ fn free_edges(free: &[[DVec3; 2]], rims: &[[DVec3; 3]], thickness: &[f64]) -> (f
         .par_iter()
         .map(|[a, b]| {
             let points = [0.25, 0.5, 0.75].map(|f| a.lerp(*b, f));
-            let lost = points
-                .iter()
-                .filter(|p| rims.nearest_within(**p, ON_RIM * t).is_none());
-            lost.count() as f64 / 3.0 * a.distance(*b)
+            let lost =
+                |p: DVec3| rims.nearest_within(p, ON_RIM * t).is_none() && !on_rim(p, ON_RIM * t);
+            points.iter().filter(|p| lost(**p)).count() as f64 / 3.0 * a.distance(*b)
         })
         .collect();
     let all: f64 = free.iter().map(|[a, b]| a.distance(*b)).sum();

@@ -68,7 +68,7 @@ mod tests {
     fn samples_follow_the_area_and_stay_inside() {
         let areas = [1.0, 0.0, 3.0, f64::NAN, 6.0];
         let samples = spread(&areas, 1000, 9);
-        let mut hits = [0; 5];
+        let mut hits = [0_i32; 5];
         for s in &samples {
             hits[s.triangle] += 1;
             assert!(s.weights.iter().all(|w| (0.0..=1.0).contains(w)));

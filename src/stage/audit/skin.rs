@@ -8,6 +8,7 @@ use crate::model::brep::Brep;
 use crate::model::ids::{FacetId, Id, VertexId};
 use crate::spatial::TriangleBvh;
 use glam::{DVec2, DVec3};
+use rayon::prelude::*;
 
 /// Sag of the flat triangles over the mean thickness: a mid-point off by this much still has its walls on the right sides.
 const SAG: f64 = 0.02;
@@ -32,6 +33,8 @@ pub(super) struct Skin {
     pieces: Vec<Piece>,
     flat: Vec<[DVec3; 3]>,
     bvh: TriangleBvh,
+    /// For each face its flat pieces: among all of them a search for a far face would look at everything nearer.
+    by_face: Vec<(Vec<u32>, TriangleBvh)>,
     /// Half of the Euler characteristic of the boundaries.
     pub euler: f64,
     /// Volume of the solids, mm³.
@@ -64,7 +67,8 @@ impl Skin {
                 faces.push(first_face + facet.face.0);
             }
             characteristic += look_at_sides(solid, &facets[first..], &mut sharp);
-            first_face += solid.faces.len() as u32;
+            let named = solid.facets.iter().map(|f| f.face.0 + 1).max();
+            first_face += named.unwrap_or(0).max(solid.faces.len() as u32);
         }
         let volume = facets.iter().map(QuadraticTriangle::volume).sum::<f64>();
         let area: f64 = facets.iter().map(|f| area(f.corners)).sum();
@@ -97,6 +101,17 @@ impl Skin {
                 }
             })
             .collect();
+        let mut of_face: Vec<Vec<u32>> = vec![Vec::new(); first_face as usize];
+        for (i, piece) in pieces.iter().enumerate() {
+            of_face[faces[piece.facet as usize] as usize].push(i as u32);
+        }
+        let by_face = of_face
+            .into_par_iter()
+            .map(|of| {
+                let flat: Vec<[DVec3; 3]> = of.iter().map(|i| flat[*i as usize]).collect();
+                (of, TriangleBvh::new(&flat))
+            })
+            .collect();
         let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
         for p in flat.iter().flatten() {
             (low, high) = (low.min(*p), high.max(*p));
@@ -110,6 +125,7 @@ impl Skin {
                 (high - low).length()
             },
             bvh: TriangleBvh::new(&flat),
+            by_face,
             facets,
             faces,
             pieces,
@@ -143,12 +159,19 @@ impl Skin {
         })
     }
 
+    /// The flat piece that is nearest to `p`, at most `reach` away, and the corner weights there.
+    pub fn nearest(&self, p: DVec3, reach: f64) -> Option<(usize, [f64; 3])> {
+        let near = self.bvh.nearest_within(p, reach)?;
+        let w = flat_parameters(self.flat[near.index], near.point);
+        Some((near.index, [1.0 - w.x - w.y, w.x, w.y]))
+    }
+
     /// Distance from `p` to the curved facets of a face; `at_most`, which a ray found, where none is nearer.
     pub fn distance(&self, p: DVec3, face: u32, at_most: f64) -> f64 {
-        let wanted = |i: usize| self.faces[self.pieces[i].facet as usize] == face;
+        let (pieces, bvh) = &self.by_face[face as usize];
         // Room for the ray's own rounding, so that the triangle that it met is found again.
-        match self.bvh.nearest_where(p, at_most * (1.0 + 1e-9), wanted) {
-            Some(near) => self.curved_distance(p, near.index, near.point),
+        match bvh.nearest_within(p, at_most * (1.0 + 1e-9)) {
+            Some(near) => self.curved_distance(p, pieces[near.index] as usize, near.point),
             None => at_most,
         }
     }
