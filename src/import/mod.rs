@@ -1,1 +1,313 @@
-//! Filled by the modules below.
+//! Import: a CAD file in, one [`Piece`] a solid out.
+//!
+//! STEP, IGES and OpenCASCADE BREP go through one run of the `gmsh` command an attempt: it reads and heals the file, converts the unit to mm,
+//! tessellates every face with six-node triangles and fills the volume with tets; its binary mesh is read here.
+//!
+//! Guarantees: every piece is closed, outward oriented and filled, and its facets are exactly the boundary of its tets (see [`piece`]). The result
+//! depends on the file and the options only, not on how many threads this program uses. Nothing is left behind: all files live in a private temporary
+//! folder, and gmsh is killed when its time is over. What was tried in vain is told in [`Imported::attempts`].
+//!
+//! Limits: gmsh 4.11 or newer; parts whose faces overlap or touch from two sides cannot be filled.
+//!
+//! Reference: C. Geuzaine, J.-F. Remacle, "Gmsh: a three-dimensional finite element mesh generator", IJNME 79 (2009), doi:10.1002/nme.2579.
+
+mod error;
+mod gmsh;
+mod header;
+pub mod msh;
+pub mod piece;
+mod script;
+
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+pub use error::{ImportError, MeshFault};
+pub use gmsh::{Gmsh, find_gmsh};
+
+use crate::model::brep::Brep;
+use crate::model::tets::Tets;
+use gmsh::{Ended, Launcher, Run};
+use piece::PieceError;
+use script::{ATTEMPTS, Attempt, Facts};
+
+/// One solid: its boundary and the tets that fill it.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Piece {
+    /// The boundary, with the vertices of both.
+    pub brep: Brep,
+    /// The filling.
+    pub tets: Tets,
+}
+
+/// How to import.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ImportOptions {
+    /// The gmsh to use; found by [`find_gmsh`] where none is named.
+    pub gmsh: Option<PathBuf>,
+    /// Factor on the size of facets and tets; 1 is some three thicknesses.
+    pub size_factor: f64,
+    /// Wall-clock limit over all attempts.
+    pub time_limit: Duration,
+    /// Threads of gmsh. More than one is faster, but the mesh depends on their number; one where none is given.
+    pub threads: Option<usize>,
+    /// Address space of gmsh, bytes (Unix only); unlimited where none is given.
+    pub memory_limit: Option<u64>,
+}
+
+impl Default for ImportOptions {
+    fn default() -> Self {
+        Self {
+            gmsh: None,
+            size_factor: 1.0,
+            time_limit: Duration::from_secs(60),
+            threads: None,
+            memory_limit: None,
+        }
+    }
+}
+
+/// The solids of a file.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Imported {
+    /// One a solid, in the order of the file.
+    pub pieces: Vec<Piece>,
+    /// The version of the gmsh that made them.
+    pub gmsh_version: String,
+    /// What was tried before in vain, and why it failed, in order; empty where the first attempt went well.
+    pub attempts: Vec<String>,
+}
+
+/// Reads a CAD file and fills its solids.
+///
+/// # Errors
+/// See [`ImportError`]; each has a remedy.
+pub fn import_cad(path: &Path, options: &ImportOptions) -> Result<Imported, ImportError> {
+    let format = header::look_at(path)?;
+    let launcher = Launcher::find(options.gmsh.as_deref())?;
+    let here = |cause| ImportError::Unreadable {
+        path: std::env::temp_dir(),
+        cause,
+    };
+    let folder = tempfile::Builder::new()
+        .prefix("midshell-")
+        .tempdir()
+        .map_err(here)?;
+    let job = Job {
+        path,
+        extension: format.extension(),
+        launcher,
+        options,
+        folder: folder.path(),
+    };
+    job.bring_input()?;
+    job.run()
+}
+
+/// How an attempt failed.
+enum Failure {
+    Gmsh { log: String, reason: String },
+    Mesh { fault: MeshFault, log: String },
+}
+
+struct Job<'a> {
+    path: &'a Path,
+    extension: &'static str,
+    launcher: Launcher,
+    options: &'a ImportOptions,
+    folder: &'a Path,
+}
+
+impl Job<'_> {
+    /// Gives the input a plain name in the working folder, so that no character of its path has to be quoted.
+    fn bring_input(&self) -> Result<(), ImportError> {
+        let unreadable = |cause| ImportError::Unreadable {
+            path: self.path.to_path_buf(),
+            cause,
+        };
+        let source = self.path.canonicalize().map_err(unreadable)?;
+        let target = self
+            .folder
+            .join(format!("{}.{}", script::INPUT, self.extension));
+        #[cfg(unix)]
+        let linked = std::os::unix::fs::symlink(&source, &target).is_ok();
+        #[cfg(not(unix))]
+        let linked = false;
+        if !linked {
+            std::fs::copy(&source, &target).map_err(unreadable)?;
+        }
+        Ok(())
+    }
+
+    fn run(&self) -> Result<Imported, ImportError> {
+        let start = Instant::now();
+        let mut attempts: Vec<String> = Vec::new();
+        let mut facts = Facts::default();
+        let mut last: Option<Failure> = None;
+        for attempt in &ATTEMPTS {
+            if let Some(Failure::Gmsh { log, .. } | Failure::Mesh { log, .. }) = &last
+                && !attempt.is_worth_it(log, facts)
+            {
+                continue;
+            }
+            let left = self.options.time_limit.saturating_sub(start.elapsed());
+            let run = self.start(attempt, facts, left)?;
+            let version = gmsh::version_in(&run.log);
+            if version.is_none() && !matches!(run.ended, Ended::TimedOut) {
+                return Err(ImportError::GmshUnusable {
+                    gmsh: self.launcher.path.clone(),
+                    lines: gmsh::error_lines(&run.log),
+                });
+            }
+            if let Some(found) = Facts::in_log(&run.log) {
+                // Sewing that makes no solid of the surfaces tells nothing new.
+                if found.solids > 0 || last.is_none() {
+                    facts = found;
+                }
+            } else if let Ended::Exit(_) = run.ended
+                && last.is_none()
+            {
+                return Err(self.not_read(&run.log));
+            }
+            if matches!(run.ended, Ended::TimedOut) {
+                attempts.push(format!("{}: stopped, out of time", attempt.name));
+                return Err(ImportError::TimedOut {
+                    path: self.path.to_path_buf(),
+                    limit: self.options.time_limit,
+                    attempts,
+                });
+            }
+            match self.read(run) {
+                Ok(pieces) => {
+                    return Ok(Imported {
+                        pieces,
+                        gmsh_version: version.unwrap_or_default(),
+                        attempts,
+                    });
+                }
+                Err(failure) => {
+                    let reason = match &failure {
+                        Failure::Gmsh { reason, .. } => reason.clone(),
+                        Failure::Mesh { fault, .. } => fault.to_string(),
+                    };
+                    attempts.push(format!("{}: {reason}", attempt.name));
+                    last = Some(failure);
+                }
+            }
+        }
+        Err(self.give_up(facts, last, attempts))
+    }
+
+    fn start(&self, attempt: &Attempt, facts: Facts, left: Duration) -> Result<Run, ImportError> {
+        let unreadable = |cause| ImportError::Unreadable {
+            path: self.folder.to_path_buf(),
+            cause,
+        };
+        // Healing takes away what is far smaller than the wall and keeps the wall's own edges.
+        let tolerance = facts.thickness_mm.max(f64::MIN_POSITIVE) * 1e-3;
+        let text = attempt.script(self.extension, self.options.size_factor, tolerance);
+        std::fs::write(self.folder.join(script::SCRIPT), text).map_err(unreadable)?;
+        // The mesh of an attempt that failed half-way must not be taken for this one's.
+        match std::fs::remove_file(self.folder.join(script::MESH)) {
+            Err(cause) if cause.kind() != std::io::ErrorKind::NotFound => {
+                return Err(unreadable(cause));
+            }
+            _ => {}
+        }
+        let threads = self.options.threads.unwrap_or(1).max(1).to_string();
+        self.launcher
+            .run(
+                self.folder,
+                &[script::SCRIPT, "-nt", &threads, "-"],
+                left,
+                self.options.memory_limit,
+            )
+            .map_err(|cause| ImportError::GmshUnusable {
+                gmsh: self.launcher.path.clone(),
+                lines: vec![cause.to_string()],
+            })
+    }
+
+    fn read(&self, run: Run) -> Result<Vec<Piece>, Failure> {
+        let Run { ended, log } = run;
+        let bytes = std::fs::read(self.folder.join(script::MESH));
+        let Ended::Exit(status) = ended else {
+            let reason = "out of time".to_owned();
+            return Err(Failure::Gmsh { log, reason });
+        };
+        let bytes = match bytes {
+            Ok(bytes) if status.success() => bytes,
+            _ => {
+                let lines = gmsh::error_lines(&log);
+                let reason = if status.success() || status.code() == Some(1) {
+                    lines.join(" | ")
+                } else {
+                    format!("{status} | {}", lines.join(" | "))
+                };
+                return Err(Failure::Gmsh { log, reason });
+            }
+        };
+        msh::Msh::parse(&bytes)
+            .map_err(MeshFault::from)
+            .and_then(|msh| piece::build_pieces(&msh).map_err(MeshFault::from))
+            .map_err(|fault| match fault {
+                // Gmsh may write the surfaces alone after an error: the error is the cause then.
+                MeshFault::Piece(PieceError::NotFilled { .. }) if log.contains("Error") => {
+                    let reason = gmsh::error_lines(&log).join(" | ");
+                    Failure::Gmsh { log, reason }
+                }
+                fault => Failure::Mesh { fault, log },
+            })
+    }
+
+    /// The error where gmsh did not come past reading the file.
+    fn not_read(&self, log: &str) -> ImportError {
+        let path = self.path.to_path_buf();
+        let lines = gmsh::error_lines(log);
+        // An error that names the script's own line is a gmsh too old for the script.
+        if lines.iter().any(|l| l.contains(script::SCRIPT)) {
+            let attempts = vec![format!("{}: the script was refused", ATTEMPTS[0].name)];
+            return ImportError::GmshFailed {
+                path,
+                attempts,
+                lines,
+            };
+        }
+        ImportError::NotCad {
+            path,
+            reason: format!("gmsh cannot read it ({})", lines.join(" | ")),
+        }
+    }
+
+    fn give_up(&self, facts: Facts, last: Option<Failure>, attempts: Vec<String>) -> ImportError {
+        let path = self.path.to_path_buf();
+        if facts.solids == 0 {
+            return ImportError::NoSolid {
+                path,
+                surfaces: facts.surfaces,
+            };
+        }
+        if facts.is_open() {
+            return ImportError::NotClosed {
+                path,
+                length_mm: facts.open_mm,
+            };
+        }
+        match last {
+            Some(Failure::Mesh { fault, .. }) => ImportError::BadMesh {
+                path,
+                cause: fault,
+                attempts,
+            },
+            Some(Failure::Gmsh { log, .. }) => ImportError::GmshFailed {
+                path,
+                attempts,
+                lines: gmsh::error_lines(&log),
+            },
+            None => ImportError::GmshFailed {
+                path,
+                attempts,
+                lines: Vec::new(),
+            },
+        }
+    }
+}
