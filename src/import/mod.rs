@@ -27,6 +27,7 @@ pub use gmsh::{Gmsh, find_gmsh};
 use crate::model::brep::Brep;
 use crate::model::tets::Tets;
 use gmsh::{Ended, Launcher, Run};
+use piece::PieceError;
 use script::{ATTEMPTS, Attempt, Facts};
 
 /// One solid: its boundary and the tets that fill it.
@@ -158,11 +159,14 @@ impl Job<'_> {
                 });
             }
             if let Some(found) = Facts::in_log(&run.log) {
-                facts = found;
+                // Sewing that makes no solid of the surfaces tells nothing new.
+                if found.solids > 0 || last.is_none() {
+                    facts = found;
+                }
             } else if let Ended::Exit(_) = run.ended
                 && last.is_none()
             {
-                return Err(self.not_cad(&run.log));
+                return Err(self.not_read(&run.log));
             }
             if matches!(run.ended, Ended::TimedOut) {
                 attempts.push(format!("{}: stopped, out of time", attempt.name));
@@ -245,16 +249,32 @@ impl Job<'_> {
         msh::Msh::parse(&bytes)
             .map_err(MeshFault::from)
             .and_then(|msh| piece::build_pieces(&msh).map_err(MeshFault::from))
-            .map_err(|fault| Failure::Mesh { fault, log })
+            .map_err(|fault| match fault {
+                // Gmsh may write the surfaces alone after an error: the error is the cause then.
+                MeshFault::Piece(PieceError::NotFilled { .. }) if log.contains("Error") => {
+                    let reason = gmsh::error_lines(&log).join(" | ");
+                    Failure::Gmsh { log, reason }
+                }
+                fault => Failure::Mesh { fault, log },
+            })
     }
 
-    fn not_cad(&self, log: &str) -> ImportError {
+    /// The error where gmsh did not come past reading the file.
+    fn not_read(&self, log: &str) -> ImportError {
+        let path = self.path.to_path_buf();
+        let lines = gmsh::error_lines(log);
+        // An error that names the script's own line is a gmsh too old for the script.
+        if lines.iter().any(|l| l.contains(script::SCRIPT)) {
+            let attempts = vec![format!("{}: the script was refused", ATTEMPTS[0].name)];
+            return ImportError::GmshFailed {
+                path,
+                attempts,
+                lines,
+            };
+        }
         ImportError::NotCad {
-            path: self.path.to_path_buf(),
-            reason: format!(
-                "gmsh cannot read it ({})",
-                gmsh::error_lines(log).join(" | ")
-            ),
+            path,
+            reason: format!("gmsh cannot read it ({})", lines.join(" | ")),
         }
     }
 
