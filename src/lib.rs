@@ -1,6 +1,5 @@
 //! **midshell**: from a thin-walled solid to a connected shell mesh on its mid-surface.
 
-mod test_parts;
 pub mod charts;
 pub mod doctor;
 pub mod exit_class;
@@ -18,3 +17,4 @@ pub mod spatial;
 pub mod stage;
 
 #[cfg(test)]
+mod test_parts;

@@ -3,62 +3,9 @@
 //! Guarantee: an option that [`MeshOptions::check`] lets pass is finite and in range, so that nothing later asks again. Whether a size suits the
 //! part is known only when the part is read: [`MeshOptions::check_against`]. Sizes are mm.
 
-use std::fmt;
+use crate::model::element_shape::{ElementShape, UnknownShape};
 use std::path::PathBuf;
-use std::str::FromStr;
 use std::time::Duration;
-
-/// Which elements the shell is made of.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
-pub enum ElementShape {
-    /// Triangles only.
-    #[default]
-    Tri,
-    /// Quads wherever two triangles pair well; the fewest triangles.
-    Quad,
-    /// Quads where they are better than the triangles that they replace.
-    Mixed,
-}
-
-impl ElementShape {
-    /// Every shape with its name on the command line and in reports.
-    pub const NAMED: [(&'static str, ElementShape); 3] = [
-        ("tri", ElementShape::Tri),
-        ("quad", ElementShape::Quad),
-        ("mixed", ElementShape::Mixed),
-    ];
-
-    /// Its name.
-    pub fn name(self) -> &'static str {
-        Self::NAMED
-            .iter()
-            .find(|(_, shape)| *shape == self)
-            .map_or("", |(name, _)| name)
-    }
-}
-
-impl fmt::Display for ElementShape {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(self.name())
-    }
-}
-
-impl FromStr for ElementShape {
-    type Err = OptionFault;
-    fn from_str(text: &str) -> Result<Self, OptionFault> {
-        Self::NAMED
-            .iter()
-            .find(|(name, _)| *name == text)
-            .map(|(_, shape)| *shape)
-            .ok_or_else(|| OptionFault::Shape(text.to_owned()))
-    }
-}
-
-impl serde::Serialize for ElementShape {
-    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        serializer.serialize_str(self.name())
-    }
-}
 
 /// Longest that gmsh may take over all its attempts. Parts that it can fill take seconds; one that takes longer than this seldom ends at all.
 const TIME_LIMIT: Duration = Duration::from_secs(90);
@@ -116,8 +63,8 @@ pub enum OptionFault {
     #[error("the time limit is zero: nothing can be done in no time")]
     TimeLimit,
     /// An element shape that we do not know.
-    #[error("no element shape is called '{0}'")]
-    Shape(String),
+    #[error(transparent)]
+    Shape(#[from] UnknownShape),
 }
 
 /// Three chords are the fewest that still go round something.

@@ -4,7 +4,8 @@ use clap::builder::PossibleValuesParser;
 use clap::{Args, Parser, Subcommand, ValueHint};
 use clap_complete::Shell;
 use midshell::exit_class::ExitClass;
-use midshell::options::{ElementShape, MeshOptions};
+use midshell::model::element_shape::ElementShape;
+use midshell::options::MeshOptions;
 use std::path::PathBuf;
 use std::time::Duration;
 

@@ -6,19 +6,6 @@ use super::ids::ElementId;
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
-/// The elements that a caller asks for.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum ElementShape {
-    /// Triangles only.
-    #[default]
-    Triangle,
-    /// As many quads as possible.
-    Quad,
-    /// Quads where they are good ones.
-    Mixed,
-}
-
 /// A criteria file: what an element must hold to pass. Angles in degrees.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Profile {

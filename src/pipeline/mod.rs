@@ -14,12 +14,13 @@ use crate::import::{ImportOptions, Piece, import_cad};
 use crate::medial::Medial;
 use crate::model::brep::Brep;
 use crate::model::complex::MidComplex;
+use crate::model::element_shape::ElementShape;
 use crate::model::ids::WallId;
 use crate::model::report::Profile;
 use crate::model::shell::ShellMesh;
 use crate::options::MeshOptions;
 use crate::stage::remesh::RemeshOptions;
-use crate::stage::{audit, quality, remesh, shell, size};
+use crate::stage::{audit, quads, quality, remesh, shell, size};
 use clock::Clock;
 use glam::DVec3;
 use midsurface::MidSurface;
@@ -87,10 +88,14 @@ fn mesh_pieces(
         solids.push(solid);
     }
     let triangles = merge::merge(meshes);
-    let mesh = triangles;
+    let profile = Profile::shell();
+    let mesh = match options.element {
+        ElementShape::Triangle => triangles,
+        shape => clock.time("quads", || quads::pair_quads(&triangles, shape, &profile)),
+    };
     let wanted = solids.iter().map(|s| s.size).fold(f64::INFINITY, f64::min);
     let quality = clock.time("quality", || {
-        quality::quality(&mesh, &Profile::shell(), Some(wanted))
+        quality::quality(&mesh, &profile, Some(wanted))
     });
     let audit = clock.time("audit", || audit::audit(&breps, &mesh, AUDIT_SEED));
     let report = RunReport::new(solids, quality, audit);

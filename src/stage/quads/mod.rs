@@ -13,8 +13,9 @@
 mod matching;
 
 use crate::geom::quality::{QuadQuality, quad_quality};
+use crate::model::element_shape::ElementShape;
 use crate::model::ids::{ElementId, Id, IndexVec, NodeId};
-use crate::model::report::{ElementShape, Profile};
+use crate::model::report::Profile;
 use crate::model::shell::{Corners, Element, ShellMesh};
 use matching::Edge;
 use rayon::prelude::*;

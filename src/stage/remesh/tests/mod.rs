@@ -177,50 +177,6 @@ fn the_checks_of_these_tests_fail_on_planted_defects() {
 }
 
 #[test]
-fn dbg_time() {
-    for (name, (c, forms), size) in [
-        (
-            "raw",
-            {
-                let (c, f) = plate(60, 40);
-                (roughen(c, &f, 60000, 0.01), f)
-            },
-            0.035,
-        ),
-        ("tube", tube(500, 110), 0.055),
-        ("plate", plate(250, 200), 0.035),
-    ] {
-        for threads in [1] {
-            let pool = rayon::ThreadPoolBuilder::new()
-                .num_threads(threads)
-                .build()
-                .unwrap();
-            let t = std::time::Instant::now();
-            let (out, st) =
-                pool.install(|| remesh(c.clone(), &|_, _| size, &forms, &RemeshOptions::default()));
-            println!(
-                "{name} {threads} {} -> {} in {:?} {:?} {st:?}",
-                c.triangles.len(),
-                out.triangles.len(),
-                t.elapsed(),
-                quality(&out, &forms)
-            );
-            let t = std::time::Instant::now();
-            let out = pool.install(|| clean(c.clone(), &|_, _| size * 0.3, &forms));
-            println!(
-                "{name} {threads} clean -> {} in {:?}",
-                out.triangles.len(),
-                t.elapsed()
-            );
-            let (out, st) = pool
-                .install(|| remesh(out.clone(), &|_, _| size, &forms, &RemeshOptions::default()));
-            println!(
-                "{name} {threads} clean and remesh {} -> {} {:?} {st:?}",
-                c.triangles.len(),
-                out.triangles.len(),
-                quality(&out, &forms)
-            );
-        }
 fn a_strip_narrower_than_the_size_gets_triangles_of_its_width() {
     let (c, forms) = rectangle(v(10.0, 0.3, 0.0), 40, 2);
     let out = at_size(&c, &forms, 1.0);
