@@ -89,8 +89,11 @@ pub(super) fn pairs(aag: &Aag, sightings: &[Sighting], options: &PairOptions) ->
     gather(&views, &accepted)
 }
 
-/// Faces still alone that lie beside a paired face and see a neighbour of that face's mate, about as far away: MidSurfer, algorithm 2.
-/// Without the distance the two ends of a strip, each beside both of its sides, would be a pair.
+/// A face that turns from its neighbour by less than this goes on with its side of the wall; one that turns by more ends it.
+const CONTINUES_RAD: f64 = std::f64::consts::FRAC_PI_4;
+
+/// Faces still alone that go on with a paired face and see a neighbour of that face's mate, about as far away: MidSurfer, algorithm 2.
+/// Without distance and turn two lateral faces, each beside both sides of a wall, would be a pair.
 fn complement<'a>(
     aag: &Aag,
     views: &'a [View],
@@ -106,11 +109,15 @@ fn complement<'a>(
                 && mates[f].is_empty()
                 && v.area > options.soft_overlap * aag.area[f]
                 && !beside(f, g)
-                && aag.arcs_of(f).any(|arc| {
-                    mates[Aag::across(arc, f)].iter().any(|&(m, thickness)| {
-                        v.median() < options.soft_thickness * thickness && (m == g || beside(m, g))
+                && aag
+                    .arcs_of(f)
+                    .filter(|arc| arc.turn_rad.abs() < CONTINUES_RAD)
+                    .any(|arc| {
+                        mates[Aag::across(arc, f)].iter().any(|&(m, thickness)| {
+                            v.median() < options.soft_thickness * thickness
+                                && (m == g || beside(m, g))
+                        })
                     })
-                })
         })
         .collect()
 }
