@@ -99,6 +99,30 @@ fn load(path: &str) -> (Brep, Tets) {
     )
 }
 
+fn dump(path: &str, x: &midshell::model::complex::MidComplex) {
+    let mut s = String::from("# vtk DataFile Version 3.0\nx\nASCII\nDATASET UNSTRUCTURED_GRID\n");
+    s += &format!("POINTS {} double\n", x.nodes.len());
+    for n in &x.nodes {
+        s += &format!("{} {} {}\n", n.point.x, n.point.y, n.point.z);
+    }
+    s += &format!("CELLS {} {}\n", x.triangles.len(), 4 * x.triangles.len());
+    for t in &x.triangles {
+        s += &format!("3 {} {} {}\n", t.nodes[0].0, t.nodes[1].0, t.nodes[2].0);
+    }
+    s += &format!("CELL_TYPES {}\n", x.triangles.len());
+    for _ in &x.triangles {
+        s += "5\n";
+    }
+    s += &format!(
+        "CELL_DATA {}\nSCALARS wall int 1\nLOOKUP_TABLE default\n",
+        x.triangles.len()
+    );
+    for t in &x.triangles {
+        s += &format!("{}\n", t.wall.0);
+    }
+    std::fs::write(path, s).unwrap();
+}
+
 fn main() {
     let args: Vec<String> = std::env::args().collect();
     let (brep, tets) = load(&args[1]);
@@ -174,6 +198,9 @@ fn main() {
         let medial = Medial::new(&brep, &aag, &p);
         let (walls, adopted) = extract::cell_walls(&brep, &graph, &p, &dec, &c.cells, &medial);
         let x = extract::extract(&brep, &graph, &p, &walls, &medial);
+        let (x, p) = unite::unite(x, p, &medial);
+        let medial = Medial::new(&brep, &aag, &p);
+        let x = extract::place(x, &medial);
         let te = t0.elapsed();
         let ok = x.euler() == want && x.pieces() == 1;
         let a = assess::assess(&brep, &sightings, &x);
@@ -255,6 +282,40 @@ fn main() {
                 s += &format!("{}\n", t);
             }
             std::fs::write(&args[2], s).unwrap();
+        }
+        if verbose {
+            use midshell::geom::placer::Placer;
+            let sizing = size::sizing(
+                &brep,
+                &p,
+                std::env::var("H").ok().map(|h| h.parse().unwrap()),
+                None,
+            );
+            let field = |q: DVec3, w: WallId| {
+                sizing.at(medial.curvature_radius(q, w), medial.mean_thickness(w))
+            };
+            let t1 = Instant::now();
+            let base = args[2].trim_end_matches(".vtk");
+            let (f, st) = fair::fair(x.clone(), &medial);
+            println!("fair {st:?} {:?}", t1.elapsed());
+            dump(&format!("{base}_fair.vtk"), &f);
+            let m = remesh::merge_strips(f, &|w| medial.mean_thickness(w), &medial);
+            println!("strips {:?} tris {}", t1.elapsed(), m.triangles.len());
+            let (m, st) = fair::fair(m, &medial);
+            println!("fair {st:?} {:?}", t1.elapsed());
+            dump(&format!("{base}_fair2.vtk"), &m);
+            let c = remesh::clean(m, &|q, w| sizing.speck(field(q, w)), &medial);
+            println!("clean {:?} tris {}", t1.elapsed(), c.triangles.len());
+            dump(&format!("{base}_clean.vtk"), &c);
+            let (r, st) = remesh::remesh(c, &field, &medial, &Default::default());
+            println!(
+                "remesh {st:?} {:?} tris {} size {}",
+                t1.elapsed(),
+                r.triangles.len(),
+                sizing.target
+            );
+            dump(&format!("{base}_remesh.vtk"), &r);
+            let _ = medial.thickness(DVec3::ZERO, WallId(0));
         }
         if verbose && args.len() < 4 {
             break;

@@ -15,7 +15,7 @@ use crate::model::tet_graph::TetGraph;
 use crate::model::walls::{Aag, Pairing};
 use crate::stage::assess::{Assessment, assess};
 use crate::stage::pair::PairOptions;
-use crate::stage::{adjacency, collapse, decompose, extract, pair, role, widen};
+use crate::stage::{adjacency, collapse, decompose, extract, pair, role, unite, widen};
 
 /// Least widths of a wall that are tried, in thicknesses, the literature's first.
 const WIDTHS: [f64; 3] = [1.0, 0.5, 0.25];
@@ -154,6 +154,12 @@ fn candidate(
         return Ok(None);
     }
     fault("midpoint", complex.check().first())?;
+    let (complex, pairing) = clock.time("unite", || {
+        let (complex, pairing) = unite::unite(complex, pairing, &medial);
+        let medial = Medial::new(brep, aag, &pairing);
+        (extract::place(complex, &medial), pairing)
+    });
+    fault("unite", pairing.check().first())?;
     let assessment = clock.time("assess", || assess(brep, sightings, &complex));
     let (aag, euler) = (aag.clone(), *euler);
     Ok(Some(MidSurface {

@@ -135,7 +135,12 @@ fn mesh_complex(
     clock: &mut Clock<'_>,
 ) -> MidComplex {
     let shortest = |p: DVec3, w: WallId| sizing.speck(field(p, w));
-    let (fair, _) = clock.time("fair", || fair::fair(found.complex.clone(), medial));
+    let thickness = |w: WallId| medial.mean_thickness(w);
+    let fair = clock.time("fair", || {
+        let (complex, _) = fair::fair(found.complex.clone(), medial);
+        let merged = remesh::merge_strips(complex, &thickness, medial);
+        fair::fair(merged, medial).0
+    });
     let clean = clock.time("clean", || remesh::clean(fair, &shortest, medial));
     clock.time("remesh", || {
         remesh::remesh(clean, field, medial, &RemeshOptions::default()).0

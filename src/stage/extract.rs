@@ -165,6 +165,16 @@ pub fn extract(
     builder.finish(pairing, medial)
 }
 
+/// Puts every node onto its supports.
+pub fn place(mut complex: MidComplex, medial: &Medial<'_>) -> MidComplex {
+    complex
+        .nodes
+        .as_mut_slice()
+        .par_iter_mut()
+        .for_each(|n| n.point = medial.place(n.point, &n.supports));
+    complex
+}
+
 /// Faces of the solid at every boundary edge and triangle of the filling.
 struct BoundaryFaces {
     of_face: IndexVec<TetFaceId, Option<FaceId>>,
@@ -363,16 +373,11 @@ impl Builder<'_> {
                 self.complex.nodes[n].supports.push(Support::Face(f));
             }
         }
-        self.complex
-            .nodes
-            .as_mut_slice()
-            .par_iter_mut()
-            .for_each(|n| {
-                n.supports.sort_unstable();
-                n.supports.dedup();
-                n.point = medial.place(n.point, &n.supports);
-            });
-        self.complex
+        for n in self.complex.nodes.as_mut_slice() {
+            n.supports.sort_unstable();
+            n.supports.dedup();
+        }
+        place(self.complex, medial)
     }
 }
 

@@ -13,7 +13,7 @@
 use crate::geom::orient::orient;
 use crate::geom::placer::Placer;
 use crate::model::complex::{EdgeKind, MidComplex, Support};
-use crate::model::ids::{Id, IndexVec, NodeId, TriangleId};
+use crate::model::ids::{IndexVec, NodeId, TriangleId};
 use glam::DVec3;
 use rayon::prelude::*;
 use smallvec::SmallVec;
@@ -36,14 +36,17 @@ pub struct FairStats {
 pub fn fair(mut complex: MidComplex, placer: &dyn Placer) -> (MidComplex, FairStats) {
     orient(&mut complex, placer);
     let net = Net::new(&complex);
-    let mut stats = FairStats { turned_before: turned(&complex, placer).len(), turned_after: 0 };
+    let everywhere: Vec<TriangleId> = complex.triangles.ids().collect();
     for _ in 0..CURVE_ROUNDS {
         relax(&mut complex, &net.curve_nodes, &net.along, placer);
     }
+    let mut bad = turned(&complex, &everywhere, placer);
+    let mut stats = FairStats {
+        turned_before: bad.len(),
+        turned_after: bad.len(),
+    };
     let mut reach = 1;
     for round in 0..SHEET_ROUNDS {
-        let bad = turned(&complex, placer);
-        stats.turned_after = bad.len();
         if bad.is_empty() {
             break;
         }
@@ -53,6 +56,15 @@ pub fn fair(mut complex: MidComplex, placer: &dyn Placer) -> (MidComplex, FairSt
         }
         let moving = net.around(&complex, &bad, reach);
         relax(&mut complex, &moving, &net.beside, placer);
+        let mut touched: Vec<TriangleId> = moving
+            .iter()
+            .flat_map(|&n| net.stars[n].iter().copied())
+            .collect();
+        touched.extend(&bad);
+        touched.sort_unstable();
+        touched.dedup();
+        bad = turned(&complex, &touched, placer);
+        stats.turned_after = bad.len();
     }
     (complex, stats)
 }
@@ -64,6 +76,7 @@ struct Net {
     /// The two neighbours along the curve of nodes that may slide on one.
     along: IndexVec<NodeId, SmallVec<[NodeId; 8]>>,
     curve_nodes: Vec<NodeId>,
+    stars: IndexVec<NodeId, SmallVec<[TriangleId; 8]>>,
 }
 
 impl Net {
@@ -79,25 +92,46 @@ impl Net {
                 along[b].push(a);
             }
         }
+        let mut stars = IndexVec::filled(SmallVec::<[TriangleId; 8]>::new(), complex.nodes.len());
+        for (t, triangle) in complex.triangles.enumerated() {
+            for n in triangle.nodes {
+                stars[n].push(t);
+            }
+        }
         let mut curve_nodes = Vec::new();
         for n in complex.nodes.ids() {
             if along[n].is_empty() {
                 continue;
             }
             beside[n].clear();
-            let faces = complex.nodes[n].supports.iter().filter(|s| matches!(s, Support::Face(_))).count();
+            let faces = complex.nodes[n]
+                .supports
+                .iter()
+                .filter(|s| matches!(s, Support::Face(_)))
+                .count();
             if along[n].len() == 2 && faces < 2 {
                 curve_nodes.push(n);
             }
         }
-        Self { beside, along, curve_nodes }
+        Self {
+            beside,
+            along,
+            curve_nodes,
+            stars,
+        }
     }
 
     /// The sheet nodes of the triangles and `reach` rings round them, sorted.
     fn around(&self, complex: &MidComplex, triangles: &[TriangleId], reach: usize) -> Vec<NodeId> {
-        let mut nodes: Vec<NodeId> = triangles.iter().flat_map(|&t| complex.triangles[t].nodes).collect();
+        let mut nodes: Vec<NodeId> = triangles
+            .iter()
+            .flat_map(|&t| complex.triangles[t].nodes)
+            .collect();
         for _ in 0..reach {
-            let ring: Vec<NodeId> = nodes.iter().flat_map(|&n| self.beside[n].iter().copied()).collect();
+            let ring: Vec<NodeId> = nodes
+                .iter()
+                .flat_map(|&n| self.beside[n].iter().copied())
+                .collect();
             nodes.extend(ring);
             nodes.sort_unstable();
             nodes.dedup();
@@ -118,9 +152,14 @@ fn relax(
         .par_iter()
         .map(|&n| {
             let list = &neighbours[n];
-            let middle = list.iter().map(|&m| complex.nodes[m].point).sum::<DVec3>() / list.len() as f64;
+            let middle =
+                list.iter().map(|&m| complex.nodes[m].point).sum::<DVec3>() / list.len() as f64;
             let p = placer.place(middle, &complex.nodes[n].supports);
-            if p.is_finite() { p } else { complex.nodes[n].point }
+            if p.is_finite() {
+                p
+            } else {
+                complex.nodes[n].point
+            }
         })
         .collect();
     for (&n, p) in nodes.iter().zip(moved) {
@@ -128,17 +167,17 @@ fn relax(
     }
 }
 
-/// Triangles whose normal is turned from their wall's, sorted.
-fn turned(complex: &MidComplex, placer: &dyn Placer) -> Vec<TriangleId> {
-    complex
-        .triangles
-        .as_slice()
+/// Those of the triangles whose normal is turned from their wall's, in the same order.
+fn turned(complex: &MidComplex, triangles: &[TriangleId], placer: &dyn Placer) -> Vec<TriangleId> {
+    triangles
         .par_iter()
-        .enumerate()
-        .filter_map(|(i, t)| {
-            let [a, b, c] = t.nodes.map(|n| complex.nodes[n].point);
-            let normal = placer.normal((a + b + c) / 3.0, t.wall)?;
-            ((b - a).cross(c - a).dot(normal) < 0.0).then(|| TriangleId::new(i))
+        .copied()
+        .filter(|&t| {
+            let triangle = complex.triangles[t];
+            let [a, b, c] = triangle.nodes.map(|n| complex.nodes[n].point);
+            placer
+                .normal((a + b + c) / 3.0, triangle.wall)
+                .is_some_and(|n| (b - a).cross(c - a).dot(n) < 0.0)
         })
         .collect()
 }

@@ -17,6 +17,7 @@ pub mod remesh;
 pub mod role;
 pub mod shell;
 pub mod size;
+pub mod unite;
 pub mod widen;
 
 #[cfg(test)]

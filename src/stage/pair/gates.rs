@@ -79,14 +79,53 @@ pub(super) fn pairs(aag: &Aag, sightings: &[Sighting], options: &PairOptions) ->
     };
     accepted.retain(|v| is_wall(v.from) && is_wall(v.to));
 
-    let mut mates: IndexVec<FaceId, Vec<(FaceId, f64)>> =
-        IndexVec::filled(Vec::new(), aag.area.len());
-    for v in &accepted {
-        mates[v.from].push((v.to, v.median()));
-        mates[v.to].push((v.from, v.median()));
-    }
+    let weak = |f: FaceId| cover[f] < WEAK * aag.area[f];
+    let strong = mates(&accepted, aag.area.len(), |f| !weak(f));
+    accepted.retain(|v| {
+        [(v.from, v.to), (v.to, v.from)]
+            .iter()
+            .all(|&(f, g)| !weak(f) || goes_on(aag, &strong, f, g))
+    });
+    let mates = mates(&accepted, aag.area.len(), |_| true);
     accepted.extend(complement(aag, &views, &mates, options));
     gather(&views, &accepted)
+}
+
+/// A face of which less than this share sees its mates is paired on sufferance: its neighbours must agree.
+const WEAK: f64 = 0.6;
+
+type Mates = IndexVec<FaceId, Vec<(FaceId, f64)>>;
+
+/// Mates of every face that is wanted, with their distance.
+fn mates(accepted: &[&View], faces: usize, wanted: impl Fn(FaceId) -> bool) -> Mates {
+    let mut mates: Mates = IndexVec::filled(Vec::new(), faces);
+    for v in accepted {
+        for (f, g) in [(v.from, v.to), (v.to, v.from)] {
+            if wanted(f) {
+                mates[f].push((g, v.median()));
+            }
+        }
+    }
+    mates
+}
+
+fn beside(aag: &Aag, f: FaceId, g: FaceId) -> bool {
+    aag.arcs_of(f).any(|a| Aag::across(a, f) == g)
+}
+
+/// Neighbours that a face goes on with smoothly or nearly so.
+fn continuing(aag: &Aag, f: FaceId) -> impl Iterator<Item = FaceId> {
+    aag.arcs_of(f)
+        .filter(|a| a.turn_rad.abs() < CONTINUES_RAD)
+        .map(move |a| Aag::across(a, f))
+}
+
+/// Whether the pair of `f` with `g` goes on with the pairs of all neighbours that `f` goes on with. The bend of a sheet does, on all its sides; a
+/// fillet between plate and rib sees the plate's far side like the plate does, but not the rib's.
+fn goes_on(aag: &Aag, mates: &Mates, f: FaceId, g: FaceId) -> bool {
+    continuing(aag, f)
+        .filter(|&h| h != g && !mates[h].is_empty())
+        .all(|h| mates[h].iter().any(|&(m, _)| m == g || beside(aag, m, g)))
 }
 
 /// A face that turns from its neighbour by less than this goes on with its side of the wall; one that turns by more ends it.
@@ -97,10 +136,9 @@ const CONTINUES_RAD: f64 = std::f64::consts::FRAC_PI_4;
 fn complement<'a>(
     aag: &Aag,
     views: &'a [View],
-    mates: &IndexVec<FaceId, Vec<(FaceId, f64)>>,
+    mates: &Mates,
     options: &PairOptions,
 ) -> Vec<&'a View> {
-    let beside = |f: FaceId, g: FaceId| aag.arcs_of(f).any(|a| Aag::across(a, f) == g);
     views
         .iter()
         .filter(|v| {
@@ -108,16 +146,13 @@ fn complement<'a>(
             f != g
                 && mates[f].is_empty()
                 && v.area > options.soft_overlap * aag.area[f]
-                && !beside(f, g)
-                && aag
-                    .arcs_of(f)
-                    .filter(|arc| arc.turn_rad.abs() < CONTINUES_RAD)
-                    .any(|arc| {
-                        mates[Aag::across(arc, f)].iter().any(|&(m, thickness)| {
-                            v.median() < options.soft_thickness * thickness
-                                && (m == g || beside(m, g))
-                        })
-                    })
+                && !beside(aag, f, g)
+                && continuing(aag, f).any(|h| {
+                    mates[h]
+                        .iter()
+                        .any(|&(_, t)| v.median() < options.soft_thickness * t)
+                })
+                && goes_on(aag, mates, f, g)
         })
         .collect()
 }

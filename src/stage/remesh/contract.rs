@@ -218,6 +218,24 @@ fn knot_quality(job: &Job, n: NodeId) -> f64 {
 
 /// The link condition, with the strata of features and corners.
 pub(super) fn keeps_topology(surface: &Surface, gone: NodeId, kept: NodeId) -> bool {
+    keeps_homotopy(surface, gone, kept)
+        && match (surface.class[gone], surface.class[kept]) {
+            (Class::Corner, _) | (Class::Curve, Class::Sheet) => false,
+            (Class::Sheet, _) => true,
+            (Class::Curve, _) => {
+                surface.is_feature(&surface.around(gone, kept)) && {
+                    let near = surface.feature_neighbours(kept);
+                    !surface
+                        .feature_neighbours(gone)
+                        .iter()
+                        .any(|n| near.contains(n))
+                }
+            }
+        }
+}
+
+/// The link condition without strata: the homotopy type stays, the graph of the features may change.
+pub(super) fn keeps_homotopy(surface: &Surface, gone: NodeId, kept: NodeId) -> bool {
     let ring = surface.around(gone, kept);
     if ring.is_empty() {
         return false;
@@ -244,22 +262,7 @@ pub(super) fn keeps_topology(surface: &Surface, gone: NodeId, kept: NodeId) -> b
                 .iter()
                 .any(|&s| surface.apex(s, x, y) == kept)
     });
-    if falls_together {
-        return false;
-    }
-    match (surface.class[gone], surface.class[kept]) {
-        (Class::Corner, _) | (Class::Curve, Class::Sheet) => false,
-        (Class::Sheet, _) => true,
-        (Class::Curve, _) => {
-            surface.is_feature(&ring) && {
-                let near = surface.feature_neighbours(kept);
-                !surface
-                    .feature_neighbours(gone)
-                    .iter()
-                    .any(|n| near.contains(n))
-            }
-        }
-    }
+    !falls_together
 }
 
 /// Whether the curve through `gone` stays near its guide and makes no new corner when its node goes.

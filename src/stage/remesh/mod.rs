@@ -35,6 +35,7 @@ mod sizes;
 mod smooth;
 mod split;
 mod strata;
+mod strips;
 mod surface;
 #[cfg(test)]
 mod tests;
@@ -43,6 +44,8 @@ use crate::geom::orient::orient;
 use crate::geom::placer::Placer;
 use crate::model::complex::MidComplex;
 use crate::model::ids::{IndexVec, NodeId, WallId};
+pub use strips::merge_strips;
+
 use contract::Bounds;
 use glam::DVec3;
 use guide::{GuideRules, Guides};

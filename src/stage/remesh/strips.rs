@@ -1,0 +1,241 @@
+//! Merges junction curves that are one.
+//!
+//! Four walls that meet in a cross arrive from the dual complex as two triple curves with a strip of sheet between them, all
+//! inside the block where the walls overlap. Such a strip is contracted until none of it is left, and the curves become one.
+//!
+//! Guarantee: the homotopy type stays (link condition without strata: Dey, Edelsbrunner, Guha, Nekhayev 1999). The graph of features is meant to change.
+//! Exception: where the link condition forbids a step the strip stays.
+
+use super::contract::keeps_homotopy;
+use super::surface::{Surface, key};
+use crate::geom::placer::Placer;
+use crate::model::complex::{EdgeKind, MidComplex};
+use crate::model::ids::{NodeId, TriangleId, WallId};
+use crate::spatial::TriangleBvh;
+use glam::DVec3;
+
+/// Passes over the strips; a step can make the next possible.
+const PASSES: usize = 8;
+
+/// A junction block reaches this far from its curve, in thicknesses of the thickest wall that meets there: half of it, and half of the other wall's.
+const BLOCK: f64 = 0.75;
+/// A strip may end on rims; a sheet with more of its border on rims than this is a low rib, and stays.
+const RIM_SHARE: f64 = 0.25;
+
+/// Contracts every sheet that lies wholly inside a junction block. `thickness(wall)`: mean thickness, mm.
+pub fn merge_strips(
+    complex: MidComplex,
+    thickness: &dyn Fn(WallId) -> f64,
+    placer: &dyn Placer,
+) -> MidComplex {
+    let strips = strips(&complex, thickness);
+    if strips.is_empty() {
+        return complex;
+    }
+    let mut surface = Surface::new(complex);
+    for _ in 0..PASSES {
+        let mut left = false;
+        for strip in &strips {
+            left |= contract_strip(&mut surface, strip, placer);
+        }
+        if !left {
+            break;
+        }
+    }
+    surface.finish()
+}
+
+/// Triangles of every strip.
+fn strips(complex: &MidComplex, thickness: &dyn Fn(WallId) -> f64) -> Vec<Vec<TriangleId>> {
+    let edges = complex.edges();
+    let mut curves: Vec<[DVec3; 3]> = Vec::new();
+    let mut reach: Vec<f64> = Vec::new();
+    let mut root: Vec<u32> = (0..complex.triangles.len() as u32).collect();
+    for edge in &edges {
+        match complex.kind(edge) {
+            EdgeKind::Inner => {
+                let [a, b] = [0, 1].map(|k| find(&mut root, edge.triangles[k].0));
+                root[a.max(b) as usize] = a.min(b);
+            }
+            EdgeKind::Junction => {
+                let [a, b] = edge.ends.map(|n| complex.nodes[n].point);
+                curves.push([a, b, b]);
+                let walls = edge
+                    .triangles
+                    .iter()
+                    .map(|&t| thickness(complex.triangles[t].wall));
+                reach.push(BLOCK * walls.fold(0.0, f64::max));
+            }
+            EdgeKind::Rim | EdgeKind::Crease => {}
+        }
+    }
+    if curves.is_empty() {
+        return Vec::new();
+    }
+    let bvh = TriangleBvh::new(&curves);
+    let inside = |p: DVec3| {
+        bvh.nearest(p)
+            .is_some_and(|near| near.distance <= reach[near.index])
+    };
+    // Border length and rim length a sheet.
+    let mut border = vec![(0.0, 0.0); root.len()];
+    for edge in &edges {
+        let kind = complex.kind(edge);
+        let [a, b] = edge.ends.map(|n| complex.nodes[n].point);
+        for &t in edge.triangles.iter().filter(|_| kind != EdgeKind::Inner) {
+            let sheet = &mut border[find(&mut root, t.0) as usize];
+            sheet.0 += a.distance(b);
+            sheet.1 += if kind == EdgeKind::Rim {
+                a.distance(b)
+            } else {
+                0.0
+            };
+        }
+    }
+    let mut members: Vec<(u32, TriangleId)> = complex
+        .triangles
+        .ids()
+        .map(|t| (find(&mut root, t.0), t))
+        .collect();
+    members.sort_unstable();
+    members
+        .chunk_by(|a, b| a.0 == b.0)
+        .filter(|sheet| {
+            let (all, rims) = border[sheet[0].0 as usize];
+            rims <= RIM_SHARE * all
+                && sheet.iter().all(|&(_, t)| {
+                    complex.triangles[t]
+                        .nodes
+                        .iter()
+                        .all(|&n| inside(complex.nodes[n].point))
+                })
+        })
+        .map(|sheet| sheet.iter().map(|m| m.1).collect())
+        .collect()
+}
+
+fn find(root: &mut [u32], mut x: u32) -> u32 {
+    while root[x as usize] != x {
+        root[x as usize] = root[root[x as usize] as usize];
+        x = root[x as usize];
+    }
+    x
+}
+
+/// Contracts the strip as far as it goes; whether something was done and something is left.
+fn contract_strip(surface: &mut Surface, strip: &[TriangleId], placer: &dyn Placer) -> bool {
+    let mut done = false;
+    while let Some((kept, gone)) = next(surface, strip) {
+        let middle = (surface.points[gone] + surface.points[kept]) / 2.0;
+        let mut supports = surface.supports[kept].clone();
+        supports.extend_from_slice(&surface.supports[gone]);
+        supports.sort_unstable();
+        supports.dedup();
+        surface.contract(gone, kept);
+        let placed = placer.place(middle, &supports);
+        surface.points[kept] = if placed.is_finite() { placed } else { middle };
+        surface.supports[kept] = supports;
+        done = true;
+    }
+    done && strip.iter().any(|&t| surface.lives(t))
+}
+
+/// The best edge that may be contracted: across the strip first, then the shortest; only what is left of a strip of one triangle goes along its border.
+fn next(surface: &Surface, strip: &[TriangleId]) -> Option<(NodeId, NodeId)> {
+    let mut candidates: Vec<(bool, u64, NodeId, NodeId)> = Vec::new();
+    for &t in strip.iter().filter(|&&t| surface.lives(t)) {
+        let nodes = surface.triangle(t).nodes;
+        for k in 0..3 {
+            let (a, b) = (
+                nodes[k].min(nodes[(k + 1) % 3]),
+                nodes[k].max(nodes[(k + 1) % 3]),
+            );
+            let inner = surface
+                .around(a, b)
+                .iter()
+                .all(|s| strip.binary_search(s).is_ok());
+            candidates.push((!inner, key(surface.length(a, b)), a, b));
+        }
+    }
+    candidates.sort_unstable();
+    candidates.dedup();
+    candidates
+        .into_iter()
+        .find(|c| keeps_homotopy(surface, c.3, c.2))
+        .map(|c| (c.2, c.3))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::complex::{MidNode, MidTriangle, Support};
+
+    struct Nowhere;
+    impl Placer for Nowhere {
+        fn place(&self, start: DVec3, _: &[Support]) -> DVec3 {
+            start
+        }
+        fn normal(&self, _: DVec3, _: WallId) -> Option<DVec3> {
+            None
+        }
+        fn thickness(&self, _: DVec3, _: WallId) -> Option<f64> {
+            None
+        }
+        fn curvature_radius(&self, _: DVec3, _: WallId) -> f64 {
+            f64::INFINITY
+        }
+    }
+
+    /// Four flaps round a strip of `width` along x: the cross section is >-<.
+    fn cross(width: f64) -> MidComplex {
+        let mut complex = MidComplex::default();
+        let n = 5u32;
+        for i in 0..n {
+            let x = f64::from(i);
+            for (y, z) in [
+                (0.0, 0.0),
+                (width, 0.0),
+                (-1.0, 1.0),
+                (-1.0, -1.0),
+                (1.0, 1.0),
+                (1.0, -1.0),
+            ] {
+                complex.nodes.push(MidNode {
+                    point: DVec3::new(x, y, z),
+                    supports: Default::default(),
+                });
+            }
+        }
+        for i in 0..n - 1 {
+            for (wall, a, b) in [(0, 0, 1), (1, 0, 2), (2, 0, 3), (1, 1, 4), (2, 1, 5)] {
+                let [p, q, r, s] = [6 * i + a, 6 * i + b, 6 * i + 6 + a, 6 * i + 6 + b].map(NodeId);
+                for nodes in [[p, q, s], [p, s, r]] {
+                    complex.triangles.push(MidTriangle {
+                        nodes,
+                        wall: WallId(wall),
+                    });
+                }
+            }
+        }
+        complex
+    }
+
+    #[test]
+    fn two_triple_curves_in_one_block_become_one_curve_of_four() {
+        let merged = merge_strips(cross(0.1), &|_| 1.0, &Nowhere);
+        assert!(merged.check().is_empty());
+        assert_eq!((merged.euler(), merged.pieces()), (1, 1));
+        let four = merged
+            .edges()
+            .iter()
+            .filter(|e| e.triangles.len() == 4)
+            .count();
+        assert_eq!(four, 4);
+        assert_eq!(merged.triangles.len(), 32);
+    }
+
+    #[test]
+    fn a_strip_with_width_stays() {
+        assert_eq!(merge_strips(cross(2.0), &|_| 1.0, &Nowhere), cross(2.0));
+    }
+}

@@ -1,0 +1,260 @@
+//! Unite: walls that turn out to continue each other, and labels without noise.
+//!
+//! Pairing joins walls over tangent faces. Where faces are missing between them (an unpaired blend, a sliver) two walls may still be one surface: where their sheets meet
+//! in the raw complex, their mid-surfaces are tangent and equally thick. Such walls become one. Then every triangle whose neighbours agree against it takes their wall, and
+//! so does every island too small to be a sheet: what is left are the creases that matter, and no jagged ones.
+//!
+//! Guarantees: topology and positions untouched; only walls and supports change. Cost: linear in the creases, then in the triangles.
+
+use crate::geom::placer::Placer;
+use crate::model::complex::{EdgeKind, MidComplex, MidEdge, Support};
+use crate::model::ids::{Id, IndexVec, TriangleId, WallId};
+use crate::model::walls::{Pairing, Wall};
+use std::collections::BTreeMap;
+
+/// Mid-surfaces that meet at less than this are one surface: a shell element takes a bend of this angle without a crease.
+const SMOOTH_COS: f64 = 0.94;
+/// Thicknesses that differ by more than this share are a step, not a continuation.
+const SAME_THICKNESS: f64 = 0.1;
+/// Mid-surfaces further apart than this share of the thickness do not meet where their sheets do: two layers, or a step.
+const SAME_PLACE: f64 = 0.1;
+/// Share of the common crease that must be smooth.
+const MOST: f64 = 0.7;
+/// A sheet smaller than this many squared thicknesses is an island of wrong labels.
+const ISLAND: f64 = 3.0;
+/// Rounds of the majority vote; labels are wrong by one or two triangles, seldom more.
+const ROUNDS: usize = 4;
+
+/// The pairing with walls united where the complex shows them to be one, and the complex with its walls renamed.
+pub fn unite(
+    mut complex: MidComplex,
+    mut pairing: Pairing,
+    placer: &dyn Placer,
+) -> (MidComplex, Pairing) {
+    let mut union = Union::new(&pairing);
+    for ([a, b], turned) in evidence(&complex, placer) {
+        union.join(a, b, turned);
+    }
+    let mut new_id: IndexVec<WallId, Option<WallId>> = IndexVec::filled(None, pairing.walls.len());
+    let mut walls: IndexVec<WallId, Wall> = IndexVec::new();
+    for w in pairing.walls.ids() {
+        let root = union.find(w).0;
+        let id = match new_id[root] {
+            Some(id) => id,
+            None => walls.push(Wall {
+                sides: union.sides[root].clone(),
+                thickness: 0.0,
+                group: pairing.walls[root].group,
+            }),
+        };
+        new_id[root] = Some(id);
+        new_id[w] = Some(id);
+    }
+    let name = |w: WallId| new_id[w].unwrap_or(w);
+    let mut weight: IndexVec<WallId, f64> = IndexVec::filled(0.0, walls.len());
+    for pair in &mut pairing.pairs {
+        pair.wall = name(pair.wall);
+        weight[pair.wall] += pair.overlap;
+        walls[pair.wall].thickness += pair.overlap * pair.thickness[1];
+    }
+    for (w, wall) in walls.as_mut_slice().iter_mut().enumerate() {
+        wall.thickness /= weight[WallId::new(w)];
+    }
+    pairing.walls = walls;
+    for t in complex.triangles.as_mut_slice() {
+        t.wall = name(t.wall);
+    }
+    quiet(&mut complex, &pairing);
+    support(&mut complex);
+    (complex, pairing)
+}
+
+/// Pairs of walls that go on with each other, and whether their sides are the other way round.
+fn evidence(complex: &MidComplex, placer: &dyn Placer) -> Vec<([WallId; 2], bool)> {
+    let mut seen: BTreeMap<[WallId; 2], (f64, f64, f64)> = BTreeMap::new();
+    for edge in complex
+        .edges()
+        .iter()
+        .filter(|e| complex.kind(e) == EdgeKind::Crease)
+    {
+        let [s, t] = [0, 1].map(|k| complex.triangles[edge.triangles[k]].wall);
+        let [a, b] = edge.ends.map(|n| complex.nodes[n].point);
+        let (middle, length) = ((a + b) / 2.0, a.distance(b));
+        let entry = seen.entry([s.min(t), s.max(t)]).or_default();
+        entry.0 += length;
+        let (Some(n), Some(m)) = (placer.normal(middle, s), placer.normal(middle, t)) else {
+            continue;
+        };
+        let (Some(p), Some(q)) = (placer.thickness(middle, s), placer.thickness(middle, t)) else {
+            continue;
+        };
+        let apart = placer
+            .place(middle, &[Support::Mid(s)])
+            .distance(placer.place(middle, &[Support::Mid(t)]));
+        if apart > SAME_PLACE * (p + q) / 2.0 {
+            continue;
+        }
+        if n.dot(m).abs() > SMOOTH_COS && (p - q).abs() < SAME_THICKNESS * (p + q) / 2.0 {
+            entry.1 += length;
+            entry.2 += length * n.dot(m).signum();
+        }
+    }
+    seen.into_iter()
+        .filter(|(_, (all, smooth, _))| *smooth > MOST * all)
+        .map(|(pair, (.., sign))| (pair, sign < 0.0))
+        .collect()
+}
+
+/// Triangles take the wall of the majority of their neighbours, then islands that of the longest border.
+fn quiet(complex: &mut MidComplex, pairing: &Pairing) {
+    let edges = complex.edges();
+    let mut beside: IndexVec<TriangleId, smallvec::SmallVec<[TriangleId; 3]>> =
+        IndexVec::filled(Default::default(), complex.triangles.len());
+    for edge in edges.iter().filter(|e| e.triangles.len() == 2) {
+        beside[edge.triangles[0]].push(edge.triangles[1]);
+        beside[edge.triangles[1]].push(edge.triangles[0]);
+    }
+    for _ in 0..ROUNDS {
+        let mut changed = false;
+        for t in complex.triangles.ids() {
+            let own = complex.triangles[t].wall;
+            let walls = beside[t].iter().map(|&s| complex.triangles[s].wall);
+            let other = walls
+                .clone()
+                .filter(|&w| w != own)
+                .max_by_key(|&w| walls.clone().filter(|&x| x == w).count());
+            if let Some(w) = other
+                && walls.clone().filter(|&x| x == w).count() >= 2
+            {
+                complex.triangles[t].wall = w;
+                changed = true;
+            }
+        }
+        changed |= drown_islands(complex, &edges, pairing);
+        if !changed {
+            break;
+        }
+    }
+}
+
+fn drown_islands(complex: &mut MidComplex, edges: &[MidEdge], pairing: &Pairing) -> bool {
+    let mut root: Vec<u32> = (0..complex.triangles.len() as u32).collect();
+    fn find(root: &mut [u32], mut x: u32) -> u32 {
+        while root[x as usize] != x {
+            root[x as usize] = root[root[x as usize] as usize];
+            x = root[x as usize];
+        }
+        x
+    }
+    for edge in edges.iter().filter(|e| complex.kind(e) == EdgeKind::Inner) {
+        let (a, b) = (
+            find(&mut root, edge.triangles[0].0),
+            find(&mut root, edge.triangles[1].0),
+        );
+        root[a.max(b) as usize] = a.min(b);
+    }
+    let mut area = vec![0.0; root.len()];
+    for (id, t) in complex.triangles.enumerated() {
+        let p = t.nodes.map(|n| complex.nodes[n].point);
+        area[find(&mut root, id.0) as usize] += (p[1] - p[0]).cross(p[2] - p[0]).length() / 2.0;
+    }
+    // Border length of every small island to every wall beyond.
+    let mut border: BTreeMap<(u32, WallId), f64> = BTreeMap::new();
+    for edge in edges.iter().filter(|e| complex.kind(e) == EdgeKind::Crease) {
+        let [a, b] = edge.ends.map(|n| complex.nodes[n].point);
+        for (s, t) in [(0, 1), (1, 0)].map(|(i, j)| (edge.triangles[i], edge.triangles[j])) {
+            let island = find(&mut root, s.0);
+            let thickness = pairing.walls[complex.triangles[s].wall].thickness;
+            if area[island as usize] < ISLAND * thickness * thickness {
+                *border
+                    .entry((island, complex.triangles[t].wall))
+                    .or_default() += a.distance(b);
+            }
+        }
+    }
+    let mut longest: BTreeMap<u32, (f64, WallId)> = BTreeMap::new();
+    for ((island, wall), length) in border {
+        let best = longest.entry(island).or_insert((0.0, wall));
+        if length > best.0 {
+            *best = (length, wall);
+        }
+    }
+    for t in (0..root.len() as u32).map(TriangleId) {
+        if let Some(&(_, wall)) = longest.get(&find(&mut root, t.0)) {
+            complex.triangles[t].wall = wall;
+        }
+    }
+    !longest.is_empty()
+}
+
+/// Every node lies on the walls of its triangles, and on the faces it lay on.
+fn support(complex: &mut MidComplex) {
+    for n in complex.nodes.as_mut_slice() {
+        n.supports.retain(|s| matches!(s, Support::Face(_)));
+    }
+    for t in complex.triangles.as_slice() {
+        for n in t.nodes {
+            complex.nodes[n].supports.push(Support::Mid(t.wall));
+        }
+    }
+    for n in complex.nodes.as_mut_slice() {
+        n.supports.sort_unstable();
+        n.supports.dedup();
+    }
+}
+
+/// Sets of walls with the faces of their two sides at the root, and whether a wall lies in its set the other way round.
+struct Union {
+    parent: IndexVec<WallId, WallId>,
+    turned: IndexVec<WallId, bool>,
+    sides: IndexVec<WallId, [Vec<crate::model::ids::FaceId>; 2]>,
+}
+
+impl Union {
+    fn new(pairing: &Pairing) -> Self {
+        Self {
+            parent: pairing.walls.ids().collect(),
+            turned: IndexVec::filled(false, pairing.walls.len()),
+            sides: pairing.walls.iter().map(|w| w.sides.clone()).collect(),
+        }
+    }
+
+    fn find(&self, mut w: WallId) -> (WallId, bool) {
+        let mut turned = false;
+        while self.parent[w] != w {
+            turned ^= self.turned[w];
+            w = self.parent[w];
+        }
+        (w, turned)
+    }
+
+    /// Joins two sets, unless a face would come to lie on both sides.
+    fn join(&mut self, a: WallId, b: WallId, turned: bool) {
+        let ((a, s), (b, t)) = (self.find(a), self.find(b));
+        if a == b {
+            return;
+        }
+        let turn = turned ^ s ^ t;
+        let [keep, gone] = [a.min(b), a.max(b)];
+        let both = (0..2).any(|k| {
+            let far = &self.sides[keep][usize::from((k == 0) ^ turn)];
+            self.sides[gone][k]
+                .iter()
+                .any(|f| far.binary_search(f).is_ok())
+        });
+        if both {
+            return;
+        }
+        self.parent[gone] = keep;
+        self.turned[gone] = turn;
+        for (k, faces) in std::mem::take(&mut self.sides[gone])
+            .into_iter()
+            .enumerate()
+        {
+            let side = &mut self.sides[keep][usize::from((k == 1) ^ turn)];
+            side.extend(faces);
+            side.sort_unstable();
+            side.dedup();
+        }
+    }
+}
