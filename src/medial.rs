@@ -6,8 +6,7 @@
 
 use crate::geom::placer::Placer;
 use crate::geom::planes;
-use crate::geom::quadratic::nearest_on_quadratic;
-use crate::geom::six_node;
+use crate::geom::six_node::{self, nearest_on_quadratic};
 use crate::model::brep::Brep;
 use crate::model::complex::Support;
 use crate::model::ids::{FaceId, FacetId, IndexVec, WallId};
