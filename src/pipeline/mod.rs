@@ -1,12 +1,16 @@
 //! The only place that knows the order of the stages.
 
 mod clock;
+mod dump;
 mod error;
+mod facts;
+mod inspect;
 mod merge;
 mod midsurface;
 mod report;
 
 pub use error::PipelineError;
+pub use inspect::inspect;
 pub use report::{RunReport, SolidReport};
 
 use crate::geom::placer::Placer;
@@ -22,6 +26,7 @@ use crate::options::MeshOptions;
 use crate::stage::remesh::RemeshOptions;
 use crate::stage::{audit, quads, quality, remesh, shell, size};
 use clock::Clock;
+use dump::Dump;
 use glam::DVec3;
 use midsurface::MidSurface;
 use std::path::Path;
@@ -40,6 +45,8 @@ pub trait Progress: Sync {
 pub struct MeshRun {
     /// The shell.
     pub mesh: ShellMesh,
+    /// Scaled Jacobian of every element.
+    pub cell_quality: Vec<f64>,
     /// What the run says of it.
     pub report: RunReport,
     /// Seconds a stage, in order.
@@ -97,10 +104,13 @@ fn mesh_pieces(
     let quality = clock.time("quality", || {
         quality::quality(&mesh, &profile, Some(wanted))
     });
+    let cell_quality = clock.time("quality", || quality::scaled_jacobians(&mesh).into_vec());
     let audit = clock.time("audit", || audit::audit(&breps, &mesh, AUDIT_SEED));
+    Dump::new(options, None)?.mesh(&mesh, &cell_quality)?;
     let report = RunReport::new(solids, quality, audit);
     Ok(MeshRun {
         mesh,
+        cell_quality,
         report,
         timings: Vec::new(),
     })
@@ -113,12 +123,19 @@ fn mesh_solid(
     clock: &mut Clock<'_>,
 ) -> Result<(ShellMesh, SolidReport), PipelineError> {
     let brep = &piece.brep;
+    let dump = Dump::new(options, Some(brep.solid_tag))?;
+    dump.import(piece)?;
     let found = midsurface::mid_surface(piece, clock)?;
+    dump.mid_surface(piece, &found)?;
     let medial = Medial::new(brep, &found.aag, &found.pairing);
     let sizing = size::sizing(brep, &found.pairing, options.size, options.size_curvature);
-    let field =
-        |p: DVec3, w: WallId| sizing.at(medial.curvature_radius(p, w), medial.mean_thickness(w));
-    let complex = mesh_complex(&found, &sizing, &field, &medial, clock);
+    let clean = clean_complex(&found, &sizing, &medial, clock);
+    dump.complex("clean", &clean)?;
+    let field = field(&sizing, &medial);
+    let complex = clock.time("remesh", || {
+        remesh::remesh(clean, &field, &medial, &RemeshOptions::default()).0
+    });
+    dump.complex("remeshed", &complex)?;
     let mesh = clock.time("shell", || {
         shell::shell(brep, &found.pairing, &medial, &complex)
     });
@@ -126,28 +143,24 @@ fn mesh_solid(
     Ok((mesh, solid))
 }
 
-/// From the raw complex to good triangles.
-fn mesh_complex(
+/// The edge length wanted at a place on a wall, mm.
+fn field<'a>(
+    sizing: &'a size::Sizing,
+    medial: &'a Medial<'_>,
+) -> impl Fn(DVec3, WallId) -> f64 + Sync + 'a {
+    |p, w| sizing.at(medial.curvature_radius(p, w), medial.mean_thickness(w))
+}
+
+/// The raw complex without what is far smaller than an element.
+fn clean_complex(
     found: &MidSurface,
     sizing: &size::Sizing,
-    field: &(dyn Fn(DVec3, WallId) -> f64 + Sync),
     medial: &Medial<'_>,
     clock: &mut Clock<'_>,
 ) -> MidComplex {
+    let field = field(sizing, medial);
     let shortest = |p: DVec3, w: WallId| sizing.speck(field(p, w));
-    let clean = clock.time("clean", || {
+    clock.time("clean", || {
         remesh::clean(found.complex.clone(), &shortest, medial)
-    });
-    clock.time("remesh", || {
-        remesh::remesh(clean, field, medial, &RemeshOptions::default()).0
     })
-}
-
-/// x
-pub fn inspect(
-    _: &Path,
-    _: &MeshOptions,
-    _: &dyn Progress,
-) -> Result<crate::inspection::Inspection, PipelineError> {
-    Ok(Default::default())
 }

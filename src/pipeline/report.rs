@@ -5,6 +5,7 @@ use crate::model::brep::Brep;
 use crate::model::report::{AuditReport, QualityReport};
 use crate::model::shell::ShellMesh;
 use crate::model::walls::ThicknessPeak;
+use crate::report_text;
 use serde::Serialize;
 use std::fmt;
 use std::path::PathBuf;
@@ -97,6 +98,9 @@ impl fmt::Display for RunReport {
                 s.size,
                 peaks.join(", ")
             )?;
+        }
+        if let (Some(audit), Some(quality)) = (&self.audit, &self.quality) {
+            write!(f, "\n{}", report_text::render(audit, quality))?;
         }
         Ok(())
     }
