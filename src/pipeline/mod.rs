@@ -100,10 +100,8 @@ fn mesh_pieces(
         ElementShape::Triangle => triangles,
         shape => clock.time("quads", || quads::pair_quads(&triangles, shape, &profile)),
     };
-    let wanted = solids.iter().map(|s| s.size).fold(f64::INFINITY, f64::min);
-    let quality = clock.time("quality", || {
-        quality::quality(&mesh, &profile, Some(wanted))
-    });
+    // The wanted length changes from place to place with curvature, so that no one length can be held against the edges.
+    let quality = clock.time("quality", || quality::quality(&mesh, &profile, None));
     let cell_quality = clock.time("quality", || quality::scaled_jacobians(&mesh).into_vec());
     let audit = clock.time("audit", || audit::audit(&breps, &mesh, AUDIT_SEED));
     Dump::new(options, None)?.mesh(&mesh, &cell_quality)?;
