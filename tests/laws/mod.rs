@@ -25,7 +25,7 @@ const MAY_NAME: &[(&str, &[&str])] = &[
     ("gpu", &["model", "geom", "spatial", "stage"]),
     // A fragment of the pipeline: it may call stages.
     ("charts", &["model", "geom", "spatial", "solve", "stage"]),
-    ("options", &[]),
+    ("options", &["model"]),
     ("exit_class", &[]),
     ("inspection", &["model"]),
     ("report_text", &["model"]),
