@@ -2,6 +2,7 @@
 
 pub mod cdt;
 pub mod kind;
+pub mod orient;
 pub mod placer;
 pub mod planes;
 pub mod quality;

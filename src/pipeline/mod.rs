@@ -24,7 +24,7 @@ use crate::model::report::Profile;
 use crate::model::shell::ShellMesh;
 use crate::options::MeshOptions;
 use crate::stage::remesh::RemeshOptions;
-use crate::stage::{audit, quads, quality, remesh, shell, size};
+use crate::stage::{audit, fair, quads, quality, remesh, shell, size};
 use clock::Clock;
 use dump::Dump;
 use glam::DVec3;
@@ -149,7 +149,7 @@ fn field<'a>(
     |p, w| sizing.at(medial.curvature_radius(p, w), medial.mean_thickness(w))
 }
 
-/// The raw complex without what is far smaller than an element.
+/// The raw complex untangled, and without what is far smaller than an element.
 fn clean_complex(
     found: &MidSurface,
     sizing: &size::Sizing,
@@ -158,7 +158,6 @@ fn clean_complex(
 ) -> MidComplex {
     let field = field(sizing, medial);
     let shortest = |p: DVec3, w: WallId| sizing.speck(field(p, w));
-    clock.time("clean", || {
-        remesh::clean(found.complex.clone(), &shortest, medial)
-    })
+    let (fair, _) = clock.time("fair", || fair::fair(found.complex.clone(), medial));
+    clock.time("clean", || remesh::clean(fair, &shortest, medial))
 }
