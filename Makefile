@@ -23,7 +23,7 @@ check:
 .venv/.run-ready: tools/setup.sh tools/requirements-run.txt
 	tools/setup.sh run
 
-.venv/.test-ready: .venv/.run-ready tools/requirements-test.txt
+.venv/.test-ready: .venv/.run-ready tests/python/requirements.txt
 	tools/setup.sh test
 
 clean:

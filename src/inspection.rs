@@ -34,11 +34,11 @@ pub struct SolidFacts {
     pub walls: Vec<WallFacts>,
     /// How much wall area has which thickness.
     pub histogram: Vec<ThicknessBin>,
-    /// How many sheets the mid-surface has.
+    /// How many sheets the mid-surface has: its pieces between rims, creases and junction curves.
     pub sheets: usize,
-    /// How many junction curves.
+    /// How many junction curves: chains of edges where three sheets or more meet, from one end or fork to the next.
     pub junctions: usize,
-    /// How many lumps: places too thick for a shell.
+    /// How many lumps, places too thick for a shell: groups of neighbouring faces that belong to no wall, rim or blend.
     pub lumps: usize,
 }
 
@@ -47,9 +47,28 @@ pub struct SolidFacts {
 pub struct WallFacts {
     /// Its id.
     pub wall: u32,
+    /// The group of walls whose face pairs hang together.
+    pub group: u32,
     /// Tags of the faces on either side.
     pub sides: [Vec<i32>; 2],
     /// Area of its mid-surface, mm².
+    pub area: f64,
+    /// Least thickness, mm.
+    pub least: f64,
+    /// Mean thickness, mm.
+    pub mean: f64,
+    /// Greatest thickness, mm.
+    pub greatest: f64,
+    /// The face pairs that it is made of.
+    pub pairs: Vec<PairFacts>,
+}
+
+/// Two faces that face each other across a wall.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct PairFacts {
+    /// Their tags.
+    pub faces: [i32; 2],
+    /// Area that they see of each other, mm².
     pub area: f64,
     /// Least thickness, mm.
     pub least: f64,
@@ -182,16 +201,20 @@ impl fmt::Display for SolidFacts {
         writeln!(f, "  sheets     {}", self.sheets)?;
         writeln!(f, "  junctions  {}", self.junctions)?;
         writeln!(f, "  lumps      {}", self.lumps)?;
+        if self.walls.is_empty() {
+            return writeln!(f, "  no thin wall: there is nothing to put a shell on");
+        }
         writeln!(
             f,
-            "  {:>5}  {:>10}  {:>27}  {:<8}  faces on either side",
-            "wall", "area mm2", "thickness min/mean/max mm", ""
+            "  {:>5}  {:>5}  {:>10}  {:>27}  {:<8}  faces on either side",
+            "wall", "group", "area mm2", "thickness min/mean/max mm", ""
         )?;
         for wall in self.walls.iter().take(WALL_ROWS) {
             writeln!(
                 f,
-                "  {:>5}  {:>10.1}  {:>27}  {:<8}  {} | {}",
+                "  {:>5}  {:>5}  {:>10.1}  {:>27}  {:<8}  {} | {}",
                 wall.wall,
+                wall.group,
                 wall.area,
                 format!(
                     "{:.3} / {:.3} / {:.3}",
@@ -323,6 +346,7 @@ mod tests {
                 least: 1.0,
                 mean: 1.5,
                 greatest: 2.0,
+                ..WallFacts::default()
             }],
             histogram: thickness_histogram(&[(1.5, 1.0)]),
             ..SolidFacts::default()

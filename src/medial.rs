@@ -6,11 +6,10 @@
 
 use crate::geom::placer::Placer;
 use crate::geom::planes;
-use crate::geom::quadratic::nearest_on_quadratic;
-use crate::geom::six_node;
+use crate::geom::six_node::{self, nearest_on_quadratic};
 use crate::model::brep::Brep;
 use crate::model::complex::Support;
-use crate::model::ids::{FaceId, FacetId, IndexVec, WallId};
+use crate::model::ids::{FaceId, FacetId, IndexVec, VertexId, WallId};
 use crate::model::walls::{Aag, Convexity, Pairing};
 use crate::spatial::TriangleBvh;
 use glam::DVec3;
@@ -24,11 +23,16 @@ const LEASH: f64 = 3.0;
 /// Two sides whose normals are nearer to parallel than this sum of unit normals define no middle.
 const LEAST_OPPOSITION: f64 = 0.5;
 
+/// A foot is plumb within this sine; far above rounding, far below what a wrong facet gives.
+const PLUMB: f64 = 1e-6;
+
 /// A set of facets with its hierarchy.
 #[derive(Clone, Debug, Default)]
 struct Surface {
     bvh: TriangleBvh,
     facets: Vec<FacetId>,
+    /// Sorted.
+    faces: Vec<FaceId>,
 }
 
 /// The nearest point of a surface.
@@ -43,6 +47,13 @@ pub struct Foot {
 }
 
 impl Foot {
+    /// Whether `p` lies straight below the foot: then no other facet near by can be nearer.
+    fn is_plumb(&self, p: DVec3) -> bool {
+        let d = p - self.point;
+        (d - self.normal * d.dot(self.normal)).length_squared()
+            <= PLUMB * PLUMB * d.length_squared()
+    }
+
     /// Distance of `p` below the tangent plane, positive inside the material.
     #[inline]
     pub fn depth(&self, p: DVec3) -> f64 {
@@ -59,6 +70,8 @@ pub struct Medial<'a> {
     /// Rims may slide from a lateral face onto one that is tangent to it: such faces share one surface.
     rim_surface: IndexVec<FaceId, u32>,
     rims: Vec<Surface>,
+    /// Facets at every vertex.
+    stars: IndexVec<VertexId, Vec<FacetId>>,
     /// Normal curvature of each facet, 1/mm, estimated from its corner normals.
     curvature: IndexVec<FacetId, f64>,
     typical: f64,
@@ -72,12 +85,25 @@ impl<'a> Medial<'a> {
         for (id, f) in brep.facets.enumerated() {
             of_face[f.face].push(id);
         }
+        let mut stars: IndexVec<VertexId, Vec<FacetId>> =
+            IndexVec::filled(Vec::new(), brep.vertices.len());
+        for (id, f) in brep.facets.enumerated() {
+            for v in f.corners {
+                stars[v].push(id);
+            }
+        }
         let surface = |faces: &mut dyn Iterator<Item = FaceId>| {
-            let facets: Vec<FacetId> = faces.flat_map(|f| of_face[f].iter().copied()).collect();
+            let mut faces: Vec<FaceId> = faces.collect();
+            faces.sort_unstable();
+            let facets: Vec<FacetId> = faces
+                .iter()
+                .flat_map(|f| of_face[*f].iter().copied())
+                .collect();
             let corners: Vec<[DVec3; 3]> = facets.iter().map(|&f| brep.corners(f)).collect();
             Surface {
                 bvh: TriangleBvh::new(&corners),
                 facets,
+                faces,
             }
         };
         let sides = pairing
@@ -131,6 +157,7 @@ impl<'a> Medial<'a> {
             thickness,
             rim_surface,
             rims,
+            stars,
             curvature,
             typical,
         }
@@ -138,14 +165,35 @@ impl<'a> Medial<'a> {
 
     fn foot(&self, surface: &Surface, p: DVec3) -> Option<Foot> {
         let near = surface.bvh.nearest(p)?;
-        let facet = surface.facets[near.index];
+        let best = self.foot_on(surface.facets[near.index], p);
+        if best.is_plumb(p) {
+            return Some(best);
+        }
+        // On a curved side the nearest flat facet need not be the nearest curved one: beside a seam its neighbours are asked too.
+        let corners = self.brep.facets[best.facet].corners;
+        let around = corners.iter().flat_map(|&v| self.stars[v].iter().copied());
+        let neighbours = around.filter(|&f| {
+            surface
+                .faces
+                .binary_search(&self.brep.facets[f].face)
+                .is_ok()
+        });
+        let distance = |f: &Foot| (f.point - p).length_squared();
+        Some(
+            neighbours
+                .map(|f| self.foot_on(f, p))
+                .fold(best, |a, b| if distance(&b) < distance(&a) { b } else { a }),
+        )
+    }
+
+    fn foot_on(&self, facet: FacetId, p: DVec3) -> Foot {
         let (point, normal) =
             nearest_on_quadratic(self.brep.corners(facet), self.brep.facets[facet].mids, p);
-        Some(Foot {
+        Foot {
             point,
             normal,
             facet,
-        })
+        }
     }
 
     /// The nearest points on the two sides of a wall.

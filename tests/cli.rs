@@ -160,6 +160,11 @@ fn a_plate_is_meshed_into_every_output() {
         "{}",
         ended.stdout
     );
+    for line in ["right: ", "walls covered", "triangle.scaled_jacobian"] {
+        assert!(ended.stdout.contains(line), "{line}: {}", ended.stdout);
+    }
+    let vtu = std::fs::read_to_string(bench.at("out.vtu")).unwrap();
+    assert!(vtu.contains("Name=\"quality\""));
     let report = std::fs::read_to_string(bench.at("report.json")).unwrap();
     let report: serde_json::Value = serde_json::from_str(&report).unwrap();
     assert!(report.is_object());
@@ -218,4 +223,78 @@ fn inspect_shows_a_table_and_json() {
     let value: serde_json::Value = serde_json::from_str(&json.stdout).unwrap();
     assert_eq!(value["solids"].as_array().map(Vec::len), Some(1));
     inspect(&["--json", "facts.json"]).went_well(&["facts.json"]);
+}
+
+#[test]
+fn inspect_counts_faces_sheets_junctions_and_walls() {
+    let bench = Bench::new();
+    // A flange of 2 mm and a web of 3 mm.
+    let t = "Box(1) = {0, 0, 0, 100, 60, 2}; Box(2) = {48.5, 0, 2, 3, 60, 40}; BooleanUnion(3) = {Volume{1}; Delete;}{Volume{2}; Delete;};";
+    let input = bench.step("t.step", t);
+    let mut command = bench.midshell();
+    command.arg("inspect").arg(&input).args(["--json", "-"]);
+    let ended = bench.run(command);
+    let found: serde_json::Value = serde_json::from_str(&ended.stdout).unwrap();
+    let solid = &found["solids"][0];
+    assert_eq!(solid["faces_by_kind"]["plane"], 10, "{solid}");
+    assert_eq!(
+        solid["faces_by_role"]["lump"],
+        serde_json::Value::Null,
+        "{solid}"
+    );
+    assert_eq!(solid["sheets"], 3, "{solid}");
+    assert_eq!(solid["junctions"], 1, "{solid}");
+    assert_eq!(solid["lumps"], 0, "{solid}");
+    let gauges: Vec<f64> = solid["walls"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|w| w["mean"].as_f64().unwrap())
+        .collect();
+    for gauge in [2.0, 3.0] {
+        assert!(
+            gauges.iter().any(|t| (t - gauge).abs() < 0.01),
+            "{gauges:?}"
+        );
+    }
+}
+
+#[test]
+fn inspect_tells_the_faces_of_a_solid_without_walls() {
+    let bench = Bench::new();
+    let input = bench.step("ball.step", "Sphere(1) = {0, 0, 0, 20};");
+    let mut command = bench.midshell();
+    command.arg("inspect").arg(&input);
+    let ended = bench.run(command);
+    ended.went_well(&[]);
+    for word in ["1 sphere", "no thin wall"] {
+        assert!(ended.stdout.contains(word), "{word}: {}", ended.stdout);
+    }
+}
+
+#[test]
+fn dump_keeps_what_every_stage_made() {
+    let bench = Bench::new();
+    let input = bench.step("plate.step", PLATE);
+    bench
+        .mesh(&input, &["--dump", "stages"])
+        .went_well(&["out.vtu", "stages"]);
+    let mut files: Vec<String> = std::fs::read_dir(bench.at("stages"))
+        .unwrap()
+        .map(|e| e.unwrap().file_name().to_string_lossy().into_owned())
+        .collect();
+    files.sort();
+    let stages = [
+        "clean-1",
+        "faces-1",
+        "mesh",
+        "raw-1",
+        "remeshed-1",
+        "tets-1",
+    ];
+    assert_eq!(files, stages.map(|s| format!("{s}.vtu")));
+    let other = Bench::new();
+    let input = other.step("plate.step", PLATE);
+    let ended = other.mesh(&input, &["--dump", "/proc/stages"]);
+    ended.refused(6, &["plate.step", "/proc/stages", "--dump"]);
 }

@@ -56,7 +56,7 @@ setup_run() {
 }
 
 setup_test() {
-    pip_install -r tools/requirements-test.txt
+    pip_install -r tests/python/requirements.txt
     if ! command -v ccx >/dev/null 2>&1; then
         apt_install calculix-ccx || say "CalculiX (ccx) is missing and apt may not be used here: its tests will be skipped (apt-get install calculix-ccx)"
     fi

@@ -81,6 +81,7 @@ fn render(
     let name = args.source.input.file_name().unwrap_or_default();
     let options = ExportOptions {
         title: name.to_string_lossy().into_owned(),
+        cell_quality: Some(&run.cell_quality),
         ..ExportOptions::default()
     };
     args.outputs

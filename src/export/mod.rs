@@ -11,6 +11,7 @@
 
 mod abaqus;
 mod calculix;
+mod cell_set;
 mod cells;
 mod checked;
 mod deck;
@@ -22,6 +23,7 @@ mod sets;
 mod vtu;
 mod write;
 
+pub use cell_set::{CellSet, render_cells};
 pub use checked::ExportError;
 pub use write::{WriteError, probe, write_all, write_all_with};
 

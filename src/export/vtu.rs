@@ -11,19 +11,27 @@ use crate::model::shell::{Corners, Element, ShellMesh};
 
 pub(super) fn render(mesh: &ShellMesh, options: &ExportOptions<'_>) -> Vec<u8> {
     let mut out = String::new();
-    out.push_str("<?xml version=\"1.0\"?>\n");
-    out.push_str("<VTKFile type=\"UnstructuredGrid\" version=\"1.0\" byte_order=\"LittleEndian\" header_type=\"UInt64\">\n<UnstructuredGrid>\n");
-    out.push_str(&format!(
-        "<Piece NumberOfPoints=\"{}\" NumberOfCells=\"{}\">\n",
-        mesh.nodes.len(),
-        mesh.elements.len()
-    ));
+    begin(&mut out, mesh.nodes.len(), mesh.elements.len());
     points(&mut out, mesh);
     cells(&mut out, mesh);
     point_data(&mut out, mesh);
     cell_data(&mut out, mesh, options);
-    out.push_str("</Piece>\n</UnstructuredGrid>\n</VTKFile>\n");
+    end(&mut out);
     out.into_bytes()
+}
+
+/// Everything before the points.
+pub(super) fn begin(out: &mut String, points: usize, cells: usize) {
+    out.push_str("<?xml version=\"1.0\"?>\n");
+    out.push_str("<VTKFile type=\"UnstructuredGrid\" version=\"1.0\" byte_order=\"LittleEndian\" header_type=\"UInt64\">\n<UnstructuredGrid>\n");
+    out.push_str(&format!(
+        "<Piece NumberOfPoints=\"{points}\" NumberOfCells=\"{cells}\">\n"
+    ));
+}
+
+/// Everything behind the fields.
+pub(super) fn end(out: &mut String) {
+    out.push_str("</Piece>\n</UnstructuredGrid>\n</VTKFile>\n");
 }
 
 fn points(out: &mut String, mesh: &ShellMesh) {
@@ -99,7 +107,12 @@ fn cell_data(out: &mut String, mesh: &ShellMesh, options: &ExportOptions<'_>) {
     out.push_str("</CellData>\n");
 }
 
-fn reals(out: &mut String, name: &str, components: usize, values: impl Iterator<Item = f64>) {
+pub(super) fn reals(
+    out: &mut String,
+    name: &str,
+    components: usize,
+    values: impl Iterator<Item = f64>,
+) {
     array(
         out,
         "Float64",
@@ -110,7 +123,7 @@ fn reals(out: &mut String, name: &str, components: usize, values: impl Iterator<
 }
 
 /// One `DataArray`: the byte count and the bytes in a single base64 run.
-fn array(
+pub(super) fn array(
     out: &mut String,
     kind: &str,
     name: &str,

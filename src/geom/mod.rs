@@ -1,10 +1,10 @@
 //! Shared mathematics: no topology, no files, no clocks.
 
 pub mod cdt;
+pub mod kind;
 pub mod orient;
 pub mod placer;
 pub mod planes;
-pub mod quadratic;
 pub mod quality;
 pub mod random;
 pub mod six_node;

@@ -76,7 +76,7 @@ pub fn find_gmsh(explicit: Option<&Path>) -> Result<Gmsh, ImportError> {
             "no answer within {} s",
             VERSION_LIMIT.as_secs()
         )])),
-        _ => Err(unusable(error_lines(&run.log))),
+        _ => Err(unusable(run.last_words())),
     }
 }
 
@@ -103,6 +103,19 @@ pub(super) enum Ended {
 pub(super) struct Run {
     pub(super) ended: Ended,
     pub(super) log: String,
+}
+
+impl Run {
+    /// What is to be said of a run that failed: its last lines of error, and how it ended where they do not tell.
+    pub(super) fn last_words(&self) -> Vec<String> {
+        let mut lines = error_lines(&self.log);
+        if let Ended::Exit(status) = self.ended
+            && (status.code().is_none() || lines.is_empty())
+        {
+            lines.push(format!("it ended with {status}"));
+        }
+        lines
+    }
 }
 
 impl Launcher {
@@ -397,6 +410,15 @@ mod tests {
             assert!(start.elapsed() < Duration::from_secs(20), "it lives on");
             std::thread::sleep(Duration::from_millis(10));
         }
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_gmsh_that_is_killed_says_by_which_signal() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = fake(folder.path(), "#!/bin/sh\nkill -9 $$\n");
+        let error = find_gmsh(Some(&path)).unwrap_err();
+        assert!(error.to_string().contains("signal: 9"), "{error}");
     }
 
     #[cfg(unix)]

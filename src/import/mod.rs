@@ -156,7 +156,7 @@ impl Job<'_> {
             if version.is_none() && !matches!(run.ended, Ended::TimedOut) {
                 return Err(ImportError::GmshUnusable {
                     gmsh: self.launcher.path.clone(),
-                    lines: gmsh::error_lines(&run.log),
+                    lines: run.last_words(),
                 });
             }
             if let Some(found) = Facts::in_log(&run.log) {

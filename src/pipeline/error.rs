@@ -1,6 +1,7 @@
 //! Why a run has no result.
 
 use crate::exit_class::ExitClass;
+use crate::export::WriteError;
 use crate::import::ImportError;
 use crate::options::OptionFault;
 
@@ -23,6 +24,9 @@ pub enum PipelineError {
         /// How many faces it has.
         faces: usize,
     },
+    /// The result of a stage could not be kept.
+    #[error("the result of a stage cannot be kept: {0}")]
+    Dump(#[from] WriteError),
     /// A stage broke its own promise.
     #[error("stage '{stage}' broke its promise: {what}")]
     Internal {
@@ -47,6 +51,7 @@ impl PipelineError {
             PipelineError::Import(_) => ExitClass::BadInput,
             PipelineError::BadSize(_) => ExitClass::BadUsage,
             PipelineError::NoThinWall { .. } => ExitClass::NoThinWall,
+            PipelineError::Dump(_) => ExitClass::OutputFailed,
             PipelineError::Internal { .. } => ExitClass::Internal,
         }
     }
@@ -58,6 +63,9 @@ impl PipelineError {
             PipelineError::BadSize(fault) => fault.remedy(),
             PipelineError::NoThinWall { .. } => {
                 "a solid without thin walls wants a volume mesh; 'midshell inspect' shows what its faces see of each other".into()
+            }
+            PipelineError::Dump(_) => {
+                "name a folder with --dump that you may write to and that has room".into()
             }
             PipelineError::Internal { .. } => "please report it with the file that it happens on".into(),
         }

@@ -1,12 +1,16 @@
 //! The only place that knows the order of the stages.
 
 mod clock;
+mod dump;
 mod error;
+mod facts;
+mod inspect;
 mod merge;
 mod midsurface;
 mod report;
 
 pub use error::PipelineError;
+pub use inspect::inspect;
 pub use report::{RunReport, SolidReport};
 
 use crate::geom::placer::Placer;
@@ -22,10 +26,13 @@ use crate::options::MeshOptions;
 use crate::stage::remesh::RemeshOptions;
 use crate::stage::{audit, fair, quads, quality, remesh, shell, size};
 use clock::Clock;
+use dump::Dump;
 use glam::DVec3;
 use midsurface::MidSurface;
 use std::path::Path;
 
+/// Rounds of untangling; every one takes the knots of the last away.
+const KNOT_ROUNDS: usize = 8;
 /// Seed of the audit's samples: any number would do, but always the same one.
 const AUDIT_SEED: u64 = 7;
 
@@ -40,6 +47,8 @@ pub trait Progress: Sync {
 pub struct MeshRun {
     /// The shell.
     pub mesh: ShellMesh,
+    /// Scaled Jacobian of every element.
+    pub cell_quality: Vec<f64>,
     /// What the run says of it.
     pub report: RunReport,
     /// Seconds a stage, in order.
@@ -93,14 +102,15 @@ fn mesh_pieces(
         ElementShape::Triangle => triangles,
         shape => clock.time("quads", || quads::pair_quads(&triangles, shape, &profile)),
     };
-    let wanted = solids.iter().map(|s| s.size).fold(f64::INFINITY, f64::min);
-    let quality = clock.time("quality", || {
-        quality::quality(&mesh, &profile, Some(wanted))
-    });
+    // The wanted length changes from place to place with curvature, so that no one length can be held against the edges.
+    let quality = clock.time("quality", || quality::quality(&mesh, &profile, None));
+    let cell_quality = clock.time("quality", || quality::scaled_jacobians(&mesh).into_vec());
     let audit = clock.time("audit", || audit::audit(&breps, &mesh, AUDIT_SEED));
+    Dump::new(options, None)?.mesh(&mesh, &cell_quality)?;
     let report = RunReport::new(solids, quality, audit);
     Ok(MeshRun {
         mesh,
+        cell_quality,
         report,
         timings: Vec::new(),
     })
@@ -113,12 +123,19 @@ fn mesh_solid(
     clock: &mut Clock<'_>,
 ) -> Result<(ShellMesh, SolidReport), PipelineError> {
     let brep = &piece.brep;
+    let dump = Dump::new(options, Some(brep.solid_tag))?;
+    dump.import(piece)?;
     let found = midsurface::mid_surface(piece, clock)?;
+    dump.mid_surface(piece, &found)?;
     let medial = Medial::new(brep, &found.aag, &found.pairing);
     let sizing = size::sizing(brep, &found.pairing, options.size, options.size_curvature);
-    let field =
-        |p: DVec3, w: WallId| sizing.at(medial.curvature_radius(p, w), medial.mean_thickness(w));
-    let complex = mesh_complex(&found, &sizing, &field, &medial, clock);
+    let clean = clean_complex(&found, &sizing, &medial, clock);
+    dump.complex("clean", &clean)?;
+    let field = field(&sizing, &medial);
+    let complex = clock.time("remesh", || {
+        remesh::remesh(clean, &field, &medial, &RemeshOptions::default()).0
+    });
+    dump.complex("remeshed", &complex)?;
     let mesh = clock.time("shell", || {
         shell::shell(brep, &found.pairing, &medial, &complex)
     });
@@ -126,32 +143,36 @@ fn mesh_solid(
     Ok((mesh, solid))
 }
 
-/// From the raw complex to good triangles.
-fn mesh_complex(
+/// The edge length wanted at a place on a wall, mm.
+fn field<'a>(
+    sizing: &'a size::Sizing,
+    medial: &'a Medial<'_>,
+) -> impl Fn(DVec3, WallId) -> f64 + Sync + 'a {
+    |p, w| sizing.at(medial.curvature_radius(p, w), medial.mean_thickness(w))
+}
+
+/// The raw complex untangled, and without what is far smaller than an element.
+fn clean_complex(
     found: &MidSurface,
     sizing: &size::Sizing,
-    field: &(dyn Fn(DVec3, WallId) -> f64 + Sync),
     medial: &Medial<'_>,
     clock: &mut Clock<'_>,
 ) -> MidComplex {
+    let field = field(sizing, medial);
     let shortest = |p: DVec3, w: WallId| sizing.speck(field(p, w));
     let thickness = |w: WallId| medial.mean_thickness(w);
     let fair = clock.time("fair", || {
         let (complex, _) = fair::fair(found.complex.clone(), medial);
-        let merged = remesh::merge_strips(complex, &thickness, medial);
-        fair::fair(merged, medial).0
+        let mut complex = remesh::merge_strips(complex, &thickness, medial);
+        for _ in 0..KNOT_ROUNDS {
+            let (untangled, stats) = fair::fair(complex, medial);
+            complex = untangled;
+            if stats.turned_after == 0 {
+                break;
+            }
+            complex = remesh::contract_turned(complex, medial);
+        }
+        complex
     });
-    let clean = clock.time("clean", || remesh::clean(fair, &shortest, medial));
-    clock.time("remesh", || {
-        remesh::remesh(clean, field, medial, &RemeshOptions::default()).0
-    })
-}
-
-/// x
-pub fn inspect(
-    _: &Path,
-    _: &MeshOptions,
-    _: &dyn Progress,
-) -> Result<crate::inspection::Inspection, PipelineError> {
-    Ok(Default::default())
+    clock.time("clean", || remesh::clean(fair, &shortest, medial))
 }

@@ -5,6 +5,7 @@ use crate::model::brep::Brep;
 use crate::model::report::{AuditReport, QualityReport};
 use crate::model::shell::ShellMesh;
 use crate::model::walls::ThicknessPeak;
+use crate::report_text;
 use serde::Serialize;
 use std::fmt;
 use std::path::PathBuf;
@@ -89,15 +90,63 @@ impl fmt::Display for RunReport {
                 .collect();
             writeln!(
                 f,
-                "solid {}: {} faces, {} walls, {} sheets, edge length {:.3} mm, thickness {}",
+                "solid {}: {}, {}, {}, edge length {:.3} mm, thickness {}",
                 s.tag,
-                s.faces,
-                s.walls,
-                s.sheets,
+                counted(s.faces, "face"),
+                counted(s.walls, "wall"),
+                counted(s.sheets, "sheet"),
                 s.size,
                 peaks.join(", ")
             )?;
         }
+        if let (Some(audit), Some(quality)) = (&self.audit, &self.quality) {
+            write!(f, "\n{}", report_text::render(audit, quality))?;
+        }
         Ok(())
+    }
+}
+
+fn counted(count: usize, noun: &str) -> String {
+    format!("{count} {noun}{}", if count == 1 { "" } else { "s" })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::report::Profile;
+    use crate::stage::{audit, quality};
+
+    #[test]
+    fn a_report_tells_of_its_solids_and_of_nothing_that_was_not_measured() {
+        let report = RunReport {
+            input: "part.step".into(),
+            solids: vec![SolidReport {
+                tag: 3,
+                faces: 6,
+                walls: 1,
+                sheets: 1,
+                peaks: vec![ThicknessPeak {
+                    thickness: 2.0,
+                    share: 0.98,
+                }],
+                size: 6.0,
+                ..SolidReport::default()
+            }],
+            ..RunReport::default()
+        };
+        assert_eq!(
+            report.to_string(),
+            "part.step\nsolid 3: 6 faces, 1 wall, 1 sheet, edge length 6.000 mm, thickness 2.000 mm (98 %)\n"
+        );
+        let audited = RunReport {
+            audit: Some(audit::audit(&[], &ShellMesh::default(), 1)),
+            quality: Some(quality::quality(
+                &ShellMesh::default(),
+                &Profile::shell(),
+                None,
+            )),
+            ..report
+        };
+        assert!(audited.to_string().contains("walls covered"));
     }
 }

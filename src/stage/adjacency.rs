@@ -62,7 +62,7 @@ pub fn adjacency(brep: &Brep) -> Aag {
             length * turn(brep, first, second),
         ));
     }
-    pieces.sort_by(|a, b| (a.0, a.1).cmp(&(b.0, b.1)));
+    pieces.sort_by_key(|p| (p.0, p.1));
 
     let mut arcs = Vec::new();
     for run in pieces.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1)) {

@@ -19,13 +19,16 @@ const MAY_NAME: &[(&str, &[&str])] = &[
     ("geom", &["model"]),
     ("spatial", &["model", "geom"]),
     ("solve", &["model", "geom"]),
-    ("stage", &["model", "geom", "spatial", "solve"]),
+    // What several stages ask for: the middle between the two sides of a wall.
+    ("medial", &["model", "geom", "spatial"]),
+    ("stage", &["model", "geom", "spatial", "solve", "medial"]),
     ("gpu", &["model", "geom", "spatial", "stage"]),
     // A fragment of the pipeline: it may call stages.
     ("charts", &["model", "geom", "spatial", "solve", "stage"]),
-    ("options", &[]),
+    ("options", &["model"]),
     ("exit_class", &[]),
     ("inspection", &["model"]),
+    ("report_text", &["model"]),
     (
         "import",
         &["model", "geom", "spatial", "options", "exit_class"],
@@ -45,6 +48,8 @@ const MAY_NAME: &[(&str, &[&str])] = &[
             "options",
             "exit_class",
             "inspection",
+            "report_text",
+            "medial",
             "import",
             "export",
         ],

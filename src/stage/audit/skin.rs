@@ -3,7 +3,7 @@
 //! Curved facets are cut into flat ones until these sag by no more than a fiftieth of the mean thickness, so that a ray finds the
 //! right wall; distances are then taken to the curved facet itself. A side is cut by its own sag, so that facets on both sides of it agree.
 
-use crate::geom::quadratic::{QuadraticTriangle, flat_parameters};
+use crate::geom::six_node::{QuadraticTriangle, flat_parameters};
 use crate::model::brep::Brep;
 use crate::model::ids::{FacetId, Id, VertexId};
 use crate::spatial::TriangleBvh;

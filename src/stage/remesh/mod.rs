@@ -29,6 +29,7 @@ mod contract;
 mod flip;
 mod guide;
 mod job;
+mod knots;
 mod polish;
 mod shape;
 mod sizes;
@@ -44,6 +45,7 @@ use crate::geom::orient::orient;
 use crate::geom::placer::Placer;
 use crate::model::complex::MidComplex;
 use crate::model::ids::{IndexVec, NodeId, WallId};
+pub use knots::contract_turned;
 pub use strips::merge_strips;
 
 use contract::Bounds;

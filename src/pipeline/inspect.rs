@@ -1,0 +1,53 @@
+//! What a part is made of, before anything is meshed.
+//!
+//! A solid without a thin wall is a finding here, not an error: its faces are told all the same.
+
+use super::clock::Clock;
+use super::error::PipelineError;
+use super::facts::{solid_facts, wall_facts};
+use super::{Progress, clean_complex, import_options, midsurface};
+use crate::import::{Piece, import_cad};
+use crate::inspection::{Inspection, SolidFacts};
+use crate::medial::Medial;
+use crate::options::MeshOptions;
+use crate::stage::size;
+use std::path::Path;
+
+/// Finds out what a part is made of.
+pub fn inspect(
+    input: &Path,
+    options: &MeshOptions,
+    progress: &dyn Progress,
+) -> Result<Inspection, PipelineError> {
+    options.check()?;
+    let mut clock = Clock::new(progress);
+    let imported = clock.time("import", || import_cad(input, &import_options(options)))?;
+    let solids = imported
+        .pieces
+        .iter()
+        .map(|piece| inspect_solid(piece, options, &mut clock))
+        .collect::<Result<_, _>>()?;
+    Ok(Inspection {
+        input: input.display().to_string(),
+        solids,
+    })
+}
+
+fn inspect_solid(
+    piece: &Piece,
+    options: &MeshOptions,
+    clock: &mut Clock<'_>,
+) -> Result<SolidFacts, PipelineError> {
+    let brep = &piece.brep;
+    let facts = clock.time("faces", || solid_facts(brep));
+    let found = match midsurface::mid_surface(piece, clock) {
+        Ok(found) => found,
+        Err(PipelineError::NoThinWall { .. }) => return Ok(facts),
+        Err(error) => return Err(error),
+    };
+    let medial = Medial::new(brep, &found.aag, &found.pairing);
+    let sizing = size::sizing(brep, &found.pairing, options.size, options.size_curvature);
+    // Counted on the raw complex, every crumb of a sheet between two close junction curves would be one.
+    let clean = clean_complex(&found, &sizing, &medial, clock);
+    Ok(wall_facts(facts, brep, &found, &clean))
+}

@@ -1,0 +1,98 @@
+//! Contracts the triangles that lie the wrong way round.
+//!
+//! What smoothing cannot turn is a knot: more nodes than the place has room for. Each of its triangles loses its shortest edge that topology and features can spare.
+//!
+//! Guarantee: homotopy type and feature curves stay (the link condition of `contract`, features judged as they are now).
+
+use super::contract::keeps_homotopy;
+use super::surface::{Surface, key};
+use crate::geom::orient::orient;
+use crate::geom::placer::Placer;
+use crate::model::complex::{EdgeKind, MidComplex, Support};
+use crate::model::ids::{IndexVec, NodeId, TriangleId};
+use rayon::prelude::*;
+
+/// Contracts an edge of every triangle whose normal is turned from its wall's.
+pub fn contract_turned(mut complex: MidComplex, placer: &dyn Placer) -> MidComplex {
+    orient(&mut complex, placer);
+    let turned: Vec<TriangleId> = (0..complex.triangles.len() as u32)
+        .into_par_iter()
+        .map(TriangleId)
+        .filter(|&t| {
+            let triangle = complex.triangles[t];
+            let [a, b, c] = triangle.nodes.map(|n| complex.nodes[n].point);
+            placer
+                .normal((a + b + c) / 3.0, triangle.wall)
+                .is_some_and(|n| (b - a).cross(c - a).dot(n) < 0.0)
+        })
+        .collect();
+    let fixed = fixed(&complex);
+    let mut surface = Surface::new(complex);
+    for t in turned {
+        if surface.lives(t)
+            && let Some((gone, kept)) = best(&surface, &fixed, t)
+        {
+            surface.contract(gone, kept);
+        }
+    }
+    surface.finish()
+}
+
+/// Ends and forks of feature curves, and corners of rims.
+fn fixed(complex: &MidComplex) -> IndexVec<NodeId, bool> {
+    let mut degree = IndexVec::<NodeId, u32>::filled(0, complex.nodes.len());
+    for edge in complex
+        .edges()
+        .iter()
+        .filter(|e| complex.kind(e) != EdgeKind::Inner)
+    {
+        for n in edge.ends {
+            degree[n] += 1;
+        }
+    }
+    complex
+        .nodes
+        .enumerated()
+        .map(|(n, node)| {
+            let faces = node
+                .supports
+                .iter()
+                .filter(|s| matches!(s, Support::Face(_)))
+                .count();
+            !matches!(degree[n], 0 | 2) || faces > 1
+        })
+        .collect()
+}
+
+/// The shortest edge of the triangle that may go, as (gone, kept).
+fn best(
+    surface: &Surface,
+    fixed: &IndexVec<NodeId, bool>,
+    t: TriangleId,
+) -> Option<(NodeId, NodeId)> {
+    let nodes = surface.triangle(t).nodes;
+    let mut edges: Vec<(u64, NodeId, NodeId)> = (0..3)
+        .flat_map(|k| {
+            let (a, b) = (nodes[k], nodes[(k + 1) % 3]);
+            let length = key(surface.length(a, b));
+            [(length, a, b), (length, b, a)]
+        })
+        .collect();
+    edges.sort_unstable();
+    edges
+        .into_iter()
+        .map(|(_, gone, kept)| (gone, kept))
+        .find(|&(gone, kept)| may_go(surface, fixed, gone, kept))
+}
+
+fn may_go(surface: &Surface, fixed: &IndexVec<NodeId, bool>, gone: NodeId, kept: NodeId) -> bool {
+    let near = surface.feature_neighbours(gone);
+    let strata = near.is_empty()
+        || !fixed[gone]
+            && near.contains(&kept)
+            && !surface
+                .feature_neighbours(kept)
+                .iter()
+                .any(|n| near.contains(n));
+    strata && keeps_homotopy(surface, gone, kept)
+}
