@@ -234,3 +234,6 @@ impl Placer for Medial<'_> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -431,3 +431,23 @@ fn volumes_faces_and_topology_are_those_of_the_shapes() {
     let size = 40.0 * 60.0 * (2.0 + 30.0 * angle.tan());
     assert!((volume(&wedge(angle)) - size).abs() < 1e-9 * size);
 }
+
+/// Thin-walled parts with their pieces, loops and voids.
+pub(crate) fn thin_parts() -> Vec<(&'static str, Filled, [usize; 3])> {
+    vec![
+        ("plate", plate(1), [1, 0, 0]),
+        ("plate of three layers", plate(3), [1, 0, 0]),
+        ("tee", tee(1), [1, 0, 0]),
+        ("tee of three layers", tee(3), [1, 0, 0]),
+        ("cross", cross(), [1, 0, 0]),
+        ("ell", ell(1), [1, 0, 0]),
+        ("ell of three layers", ell(3), [1, 0, 0]),
+        ("channel", channel(), [1, 0, 0]),
+        ("plate with a hole", plate_with_hole(), [1, 1, 0]),
+        ("hollow box", hollow_box(), [1, 0, 1]),
+        ("square tube", square_tube(), [1, 1, 0]),
+        ("plate with a block", plate_with_block(), [1, 0, 0]),
+        ("plates through a block", plates_through_block(), [1, 0, 0]),
+        ("step", step_plate(), [1, 0, 0]),
+    ]
+}
