@@ -159,7 +159,7 @@ fn a_tube_has_a_round_middle_on_curved_facets() {
         let radius = placed.truncate().length();
         assert!((radius - 9.0).abs() < 3e-4, "{radius}");
         let t = medial.thickness(placed, WallId(0)).unwrap();
-        assert!((t - 2.0).abs() < 2e-4, "{t}");
+        assert!((t - 2.0).abs() < 1e-3, "{t}");
         let curvature = medial.curvature_radius(placed, WallId(0));
         assert!((curvature / 9.0 - 1.0).abs() < 0.02, "{curvature}");
         let across = medial
@@ -190,25 +190,5 @@ fn places_turn_and_scale_with_the_part() {
             let wanted = voxels::motion(medial.place(p, supports) * 1e3);
             assert!(q.distance(wanted) < 1e-6, "{q} {wanted}");
         }
-    }
-}
-
-#[test]
-fn zz_coarse() {
-    for n in [12usize, 16, 24, 36, 72] {
-        let brep = tube_brep(10.0, 8.0, 30.0, n);
-        let (aag, pairing) = read(&brep);
-        let medial = Medial::new(&brep, &aag, &pairing);
-        let mut rng = Pcg::new(3);
-        let (mut worst, mut r_error) = (0.0f64, 0.0f64);
-        for _ in 0..2000 {
-            let (turn, r) = (rng.unit() * std::f64::consts::TAU, 8.5 + 1.0 * rng.unit());
-            let p = DVec3::new(r * turn.cos(), r * turn.sin(), 2.0 + 26.0 * rng.unit());
-            let placed = medial.place(p, &[Support::Mid(WallId(0))]);
-            let radius = placed.truncate().length();
-            worst = worst.max((radius - 9.0).abs());
-            r_error = r_error.max((medial.difference(placed, WallId(0)).unwrap() / 2.0).abs());
-        }
-        println!("n {n} worst {worst} R {r_error}");
     }
 }
