@@ -54,13 +54,11 @@ fn a_wild_flap_counts_by_its_area() {
 fn junctions_are_left_out_of_straying_and_a_missing_rib_shows() {
     let solid = tee(1);
     let sightings = sight(&solid.brep);
-    let mut whole = Build::default();
-    whole.sheet(0, 40, 24, |u, v| DVec3::new(40.0 * u, 24.0 * v, 1.0));
-    let mut plate_only = Build::default();
-    std::mem::swap(&mut plate_only, &mut whole);
-    let ribless = assess(&solid.brep, &sightings, &plate_only.complex);
-    plate_only.sheet(1, 40, 13, |u, v| DVec3::new(40.0 * u, 12.0, 1.0 + 13.0 * v));
-    let found = assess(&solid.brep, &sightings, &plate_only.complex);
+    let mut build = Build::default();
+    build.sheet(0, 40, 24, |u, v| DVec3::new(40.0 * u, 24.0 * v, 1.0));
+    let ribless = assess(&solid.brep, &sightings, &build.complex);
+    build.sheet(1, 40, 13, |u, v| DVec3::new(40.0 * u, 12.0, 1.0 + 13.0 * v));
+    let found = assess(&solid.brep, &sightings, &build.complex);
     assert_eq!((found.cover, found.astray), (1.0, 0.0));
     // Sides seen: twice 24 - 2 wide of the plate's, twice 12 of the rib's.
     let wanted = 44.0 / (44.0 + 24.0);

@@ -117,7 +117,7 @@ fn protected_cells_stay_where_every_inner_vertex_has_another_way_out() {
     for (e, ends) in graph.edges.enumerated() {
         assert!(along_x(ends) || left.cells[e]);
     }
-    // Of the two layers of cells at the ends and the two between, a line of three inner vertices opens through three edges.
+    // Each of the 3 x 3 x 3 inner vertices opens through one of the others.
     let gone = left.cells.iter().filter(|c| !**c).count();
     assert!(gone >= 27, "{gone}");
 }
@@ -138,7 +138,7 @@ fn a_hole_in_the_protection_heals_and_a_missing_rim_does_not() {
         |e| Grade::from(through(e)),
     );
     assert!(graph.edges.iter().any(|e| through(e) && in_middle(e)));
-    // The gap reaches both long rims, so half of the plate's middle may go; what is left stays in one piece.
+    // The gap reaches both long rims, so the middle is eaten from there; what is left stays in one piece.
     assert_eq!(of_collapsed(&graph, &holed), Some([1, 0, 0]));
     let inside = |e: &[VertexId; 2]| {
         e.iter().all(|&v| {

@@ -1,6 +1,5 @@
 use super::*;
-use crate::model::ids::CurveId;
-use crate::model::ids::WallId;
+use crate::model::ids::{CurveId, WallId};
 use crate::model::walls::{Arc, Convexity, FacePair};
 use crate::test_parts::stages::stages;
 use crate::test_parts::voxels::{plate, plate_with_block, tee};
