@@ -1,5 +1,11 @@
 //! Import of CAD files that gmsh itself makes here, with closed-form truth. Needs gmsh: `make test` installs it.
 
+#![allow(
+    clippy::unwrap_used,
+    clippy::panic,
+    reason = "the helpers of tests stand outside of test functions"
+)]
+
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
@@ -302,7 +308,15 @@ fn a_solid_with_a_missing_face_is_not_closed() {
         text[..first].to_owned() + &text[comma..]
     });
     let error = error_of(&made.path, &ImportOptions::default());
-    assert!(matches!(error, ImportError::NotClosed { .. }), "{error:?}");
+    let ImportError::NotClosed { length_mm, .. } = error else {
+        panic!("{error:?}");
+    };
+    // The rim of the missing face: of a side, or of the top.
+    let rims = [2.0 * 62.0, 2.0 * 102.0, 2.0 * 160.0];
+    assert!(
+        rims.iter().any(|r| (length_mm - r).abs() < 1e-6),
+        "{length_mm}"
+    );
 }
 
 #[test]
@@ -386,6 +400,24 @@ fn a_gmsh_that_is_missing_or_does_not_start_is_told_apart() {
     let error = error_of(&made.path, &with_fake(&made, "#!/bin/sh\nexit 3\n"));
     assert!(
         matches!(error, ImportError::GmshUnusable { .. }),
+        "{error:?}"
+    );
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_gmsh_without_memory_is_an_error() {
+    let made = Made::new("plate.step", PLATE);
+    let options = ImportOptions {
+        memory_limit: Some(40 << 20),
+        ..ImportOptions::default()
+    };
+    let error = error_of(&made.path, &options);
+    assert!(
+        matches!(
+            error,
+            ImportError::GmshUnusable { .. } | ImportError::GmshFailed { .. }
+        ),
         "{error:?}"
     );
 }

@@ -1,6 +1,7 @@
 //! Shared mathematics: no topology, no files, no clocks.
 
 pub mod cdt;
+pub mod orient;
 pub mod placer;
 pub mod planes;
 pub mod quadratic;

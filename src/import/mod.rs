@@ -7,7 +7,8 @@
 //! depends on the file and the options only, not on how many threads this program uses. Nothing is left behind: all files live in a private temporary
 //! folder, and gmsh is killed when its time is over. What was tried in vain is told in [`Imported::attempts`].
 //!
-//! Limits: gmsh 4.11 or newer; parts whose faces overlap or touch from two sides cannot be filled.
+//! Limits: made for gmsh 4.15; one too old for the script is refused with its own words. A part whose faces overlap or touch from two sides (a slit without
+//! width) cannot be filled. Face names are known only where the file has them as physical groups, which gmsh makes of no STEP file.
 //!
 //! Reference: C. Geuzaine, J.-F. Remacle, "Gmsh: a three-dimensional finite element mesh generator", IJNME 79 (2009), doi:10.1002/nme.2579.
 
@@ -278,8 +279,23 @@ impl Job<'_> {
         }
     }
 
+    /// Whether a STEP file speaks of a solid, though its shell may be too broken to become one.
+    fn claims_a_solid(&self) -> bool {
+        std::fs::read(self.path).is_ok_and(|bytes| {
+            ["SOLID_BREP", "BREP_WITH_VOIDS"]
+                .iter()
+                .any(|mark| bytes.windows(mark.len()).any(|w| w == mark.as_bytes()))
+        })
+    }
+
     fn give_up(&self, facts: Facts, last: Option<Failure>, attempts: Vec<String>) -> ImportError {
         let path = self.path.to_path_buf();
+        if facts.solids == 0 && facts.open_mm > 0.0 && self.claims_a_solid() {
+            return ImportError::NotClosed {
+                path,
+                length_mm: facts.open_mm,
+            };
+        }
         if facts.solids == 0 {
             return ImportError::NoSolid {
                 path,

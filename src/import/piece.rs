@@ -194,7 +194,7 @@ fn det(msh: &Msh, [a, b, c, d]: [u32; 4]) -> f64 {
     (p(b) - origin).dot((p(c) - origin).cross(p(d) - origin))
 }
 
-/// A face of a tet: its nodes sorted, its nodes seen from outside the tet.
+/// A boundary face of the tets: its nodes sorted, its nodes seen from outside.
 type TetSide = ([u32; 3], [u32; 3]);
 
 fn sorted<const N: usize>(mut nodes: [u32; N]) -> [u32; N] {
@@ -209,43 +209,85 @@ fn same_turn(a: [u32; 3], b: [u32; 3]) -> bool {
 
 /// Orients the tets alike and returns their boundary, sorted by nodes.
 ///
-/// The order of the corners in the file is trusted first: a mesher keeps it right by exact predicates even in tets so flat that the sign of
-/// their volume is rounding. Where it is not consistent the sign decides.
+/// The orientation spreads from tet to tet over shared faces, and the volume of all that hang together decides the sign: meshers write flat tets, whose own
+/// volume is rounding or zero, in any order.
 fn orient(msh: &Msh, solid: i32, tets: &mut [[u32; 4]]) -> Result<Vec<TetSide>, PieceError> {
     let overlap = |nodes| PieceError::Overlap { solid, nodes };
-    if tets.iter().map(|&t| det(msh, t)).sum::<f64>() < 0.0 {
-        tets.par_iter_mut().for_each(|t| t.swap(0, 1));
-    }
-    if let Ok(boundary) = boundary_of(tets) {
-        return Ok(boundary);
-    }
-    tets.par_iter_mut()
-        .filter(|t| det(msh, **t) < 0.0)
-        .for_each(|t| t.swap(0, 1));
-    boundary_of(tets).map_err(overlap)
-}
-
-/// The faces with one tet; the error is a face whose tets are not one to either side.
-fn boundary_of(tets: &[[u32; 4]]) -> Result<Vec<TetSide>, [u32; 3]> {
-    let mut sides: Vec<TetSide> = tets
+    let mut sides: Vec<([u32; 3], [u32; 3], u32)> = tets
         .par_iter()
-        .flat_map_iter(|t| {
+        .enumerate()
+        .flat_map_iter(|(tet, t)| {
             OUTWARD.map(|f| {
                 let seen = f.map(|k| t[k]);
-                (sorted(seen), seen)
+                (sorted(seen), seen, tet as u32)
             })
         })
         .collect();
     sides.par_sort_unstable();
+
+    // Over each face of a tet the tet beyond it, and whether one of both has to be turned.
+    let mut beyond: Vec<[Option<(u32, bool)>; 4]> = vec![[None; 4]; tets.len()];
     let mut boundary = Vec::new();
     for run in sides.chunk_by(|a, b| a.0 == b.0) {
-        match run {
-            [one] => boundary.push(*one),
-            [a, b] if !same_turn(a.1, b.1) => {}
-            _ => return Err(run[0].0),
+        match *run {
+            [one] => boundary.push(one),
+            [(nodes, a, one), (_, b, other)] => {
+                let odd = same_turn(a, b);
+                for (from, to) in [(one, other), (other, one)] {
+                    let free = beyond[from as usize].iter_mut().find(|s| s.is_none());
+                    *free.ok_or_else(|| overlap(nodes))? = Some((to, odd));
+                }
+            }
+            _ => return Err(overlap(run[0].0)),
         }
     }
-    Ok(boundary)
+
+    let mut turned: Vec<Option<bool>> = vec![None; tets.len()];
+    for seed in 0..tets.len() {
+        if turned[seed].is_some() {
+            continue;
+        }
+        turned[seed] = Some(false);
+        let mut together = vec![seed];
+        let mut volume = 0.0;
+        let mut next = 0;
+        while let Some(&tet) = together.get(next) {
+            next += 1;
+            let flip = turned[tet] == Some(true);
+            volume += det(msh, tets[tet]) * if flip { -1.0 } else { 1.0 };
+            for (mate, odd) in beyond[tet].iter().flatten() {
+                let (mate, flip) = (*mate as usize, flip ^ odd);
+                match turned[mate] {
+                    None => {
+                        turned[mate] = Some(flip);
+                        together.push(mate);
+                    }
+                    Some(found) if found != flip => {
+                        let [a, b, c, _] = tets[mate];
+                        return Err(overlap([a, b, c]));
+                    }
+                    Some(_) => {}
+                }
+            }
+        }
+        if volume < 0.0 {
+            for tet in together {
+                turned[tet] = turned[tet].map(|flip| !flip);
+            }
+        }
+    }
+    for (tet, flip) in tets.iter_mut().zip(&turned) {
+        if *flip == Some(true) {
+            tet.swap(0, 1);
+        }
+    }
+    Ok(boundary
+        .into_iter()
+        .map(|(nodes, [a, b, c], tet)| {
+            let flip = turned[tet as usize] == Some(true);
+            (nodes, if flip { [a, c, b] } else { [a, b, c] })
+        })
+        .collect())
 }
 
 struct Triangle {

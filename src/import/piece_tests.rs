@@ -234,3 +234,26 @@ fn tets_that_the_file_orients_at_random_are_oriented_alike() {
         assert!((b - a).dot((c - a).cross(d - a)) > 0.0);
     }
 }
+
+#[test]
+fn a_flat_tet_is_oriented_by_its_neighbours() {
+    // Node 5 lies in the plane of nodes 0, 1 and 2.
+    for flat in [[0, 1, 2, 5], [1, 0, 2, 5]] {
+        let mut msh = two_tets(true);
+        msh.nodes.push(DVec3::new(1.0, 1.0, 0.0));
+        msh.elements = vec![
+            block(1, 1, ElementKind::Line2, &[1, 0]),
+            block(
+                2,
+                1,
+                ElementKind::Triangle3,
+                &[0, 1, 3, 1, 2, 3, 0, 2, 3, 0, 1, 5, 0, 2, 5, 1, 5, 2],
+            ),
+            block(3, 1, ElementKind::Tet4, &[[0, 1, 2, 3], flat].concat()),
+        ];
+        msh.entities[3] = vec![entity(1, &[1])];
+        let piece = &build_pieces(&msh).unwrap()[0];
+        assert!((piece.brep.volume() - 1.0 / 6.0).abs() < 1e-15);
+        assert_eq!(piece.brep.facets.len(), 6);
+    }
+}

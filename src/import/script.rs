@@ -47,7 +47,7 @@ const HXT: Attempt = Attempt {
 /// All attempts in their order; [`Attempt::is_worth_it`] leaves out those that cannot help.
 ///
 /// Where the volume mesher fails on real parts, the surface mesh cuts itself, mostly at a sliver between two curves that nearly coincide: one size everywhere
-/// divides both curves alike. Of 63 real parts HXT fills 58, the coarse even size one or two more, the fine one another; the other
+/// divides both curves alike. Of 63 real parts HXT fills 59, the coarse even size one more and the fine one another; the other
 /// ways are for errors that these parts do not have.
 pub(super) const ATTEMPTS: [Attempt; 6] = [
     HXT,
@@ -165,6 +165,13 @@ If (nv > 0)
       Field[i+1].IncludeBoundary = 1;
     EndIf
   EndFor
+ElseIf (#surfaces() > 0)
+  rim() = CombinedBoundary{{ Surface{{surfaces()}}; }};
+  If (#rim() > 0)
+    For j In {{0:#rim()-1}}
+      open += Mass Curve{{Abs(rim(j))}};
+    EndFor
+  EndIf
 EndIf
 Printf("midshell: solids %g surfaces %g open %.10g thickness %.10g area %.10g", nv, #surfaces(), open, least, area);
 If (nv > 0)
@@ -205,7 +212,7 @@ EndIf
 pub(super) struct Facts {
     pub(super) solids: usize,
     pub(super) surfaces: usize,
-    /// Length of the edges that bound one face only, mm.
+    /// Length of the edges that bound one face only, of the solids or, where there is none, of all surfaces, mm.
     pub(super) open_mm: f64,
     /// The least mean thickness of a solid, mm.
     pub(super) thickness_mm: f64,

@@ -20,7 +20,7 @@ use crate::model::report::Profile;
 use crate::model::shell::ShellMesh;
 use crate::options::MeshOptions;
 use crate::stage::remesh::RemeshOptions;
-use crate::stage::{audit, quads, quality, remesh, shell, size};
+use crate::stage::{audit, fair, quads, quality, remesh, shell, size};
 use clock::Clock;
 use glam::DVec3;
 use midsurface::MidSurface;
@@ -135,9 +135,8 @@ fn mesh_complex(
     clock: &mut Clock<'_>,
 ) -> MidComplex {
     let shortest = |p: DVec3, w: WallId| sizing.speck(field(p, w));
-    let clean = clock.time("clean", || {
-        remesh::clean(found.complex.clone(), &shortest, medial)
-    });
+    let (fair, _) = clock.time("fair", || fair::fair(found.complex.clone(), medial));
+    let clean = clock.time("clean", || remesh::clean(fair, &shortest, medial));
     clock.time("remesh", || {
         remesh::remesh(clean, field, medial, &RemeshOptions::default()).0
     })

@@ -7,6 +7,7 @@ pub mod chart_mesh;
 pub mod collapse;
 pub mod decompose;
 pub mod extract;
+pub mod fair;
 pub mod flatten;
 pub mod pair;
 pub mod patch;

@@ -29,7 +29,6 @@ mod contract;
 mod flip;
 mod guide;
 mod job;
-mod orient;
 mod polish;
 mod shape;
 mod sizes;
@@ -40,6 +39,7 @@ mod surface;
 #[cfg(test)]
 mod tests;
 
+use crate::geom::orient::orient;
 use crate::geom::placer::Placer;
 use crate::model::complex::MidComplex;
 use crate::model::ids::{IndexVec, NodeId, WallId};
@@ -117,7 +117,7 @@ pub fn remesh(
     placer: &dyn Placer,
     options: &RemeshOptions,
 ) -> (MidComplex, RemeshStats) {
-    orient::orient(&mut complex, placer);
+    orient(&mut complex, placer);
     let mut job = start(complex, placer, options);
     job.refresh_references();
     job.place_all();
@@ -190,7 +190,7 @@ pub fn clean(
     shortest: &(dyn Fn(DVec3, WallId) -> f64 + Sync),
     placer: &dyn Placer,
 ) -> MidComplex {
-    orient::orient(&mut complex, placer);
+    orient(&mut complex, placer);
     let options = RemeshOptions::default();
     let mut job = start(complex, placer, &options);
     job.refresh_references();

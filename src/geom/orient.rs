@@ -1,7 +1,6 @@
 //! Winds the triangles of each sheet one way, and to the side that the wall's normal points to.
 
-use super::shape::area_vector;
-use crate::geom::placer::Placer;
+use super::placer::Placer;
 use crate::model::complex::{EdgeKind, MidComplex};
 use crate::model::ids::{IndexVec, TriangleId};
 use glam::DVec3;
@@ -11,7 +10,7 @@ use std::collections::VecDeque;
 
 /// Winds each piece of sheet (triangles joined over inner edges) consistently. The side is that of the wall's normal by area, or, where
 /// the wall has none, the one that most of the area had before. A one-sided sheet (a Moebius strip) keeps a seam.
-pub(super) fn orient(complex: &mut MidComplex, placer: &dyn Placer) {
+pub fn orient(complex: &mut MidComplex, placer: &dyn Placer) {
     // For each triangle its neighbours, and whether the two run the shared edge the same way (one must turn).
     let mut beside: IndexVec<TriangleId, SmallVec<[(TriangleId, bool); 3]>> =
         IndexVec::filled(SmallVec::new(), complex.triangles.len());
@@ -35,7 +34,7 @@ pub(super) fn orient(complex: &mut MidComplex, placer: &dyn Placer) {
         .map(|t| {
             let p = t.nodes.map(|n| complex.nodes[n].point);
             let normal = placer.normal((p[0] + p[1] + p[2]) / 3.0, t.wall);
-            (area_vector(p), normal)
+            ((p[1] - p[0]).cross(p[2] - p[0]) / 2.0, normal)
         })
         .collect::<Vec<_>>()
         .into();

@@ -1,0 +1,144 @@
+//! Fair: undoes the tangles of a raw complex without changing its topology.
+//!
+//! The nodes of a raw complex come from the tets they were read in, then each is put onto its own supports. Along a junction curve or a rim two of them may
+//! have changed places, and beside it a small triangle may lie the other way round. Here curve nodes are moved to the middle between their two neighbours on the
+//! curve and put back onto it, which brings them into order; then the nodes of turned triangles to the middle of their neighbours, until none is turned.
+//!
+//! Guarantees: topology and supports untouched; corners stay; nodes lie on their supports as exactly as before. Exception: where supports
+//! say nothing along a curve (a rim inside a lump), it is smoothed like a string.
+//! Cost: a few placings a curve node; for sheet nodes only near turned triangles.
+//!
+//! Reference: W. T. Tutte, How to draw a graph, Proc. LMS 13 (1963), doi:10.1112/plms/s3-13.1.743: nodes in the middle of their neighbours do not cross.
+
+use crate::geom::orient::orient;
+use crate::geom::placer::Placer;
+use crate::model::complex::{EdgeKind, MidComplex, Support};
+use crate::model::ids::{Id, IndexVec, NodeId, TriangleId};
+use glam::DVec3;
+use rayon::prelude::*;
+use smallvec::SmallVec;
+
+/// Rounds for curves: a node that lies two places off needs two; more only spread the spacing.
+const CURVE_ROUNDS: usize = 6;
+/// Rounds for sheets: each lets a tangle spread over one more ring of neighbours.
+const SHEET_ROUNDS: usize = 24;
+
+/// What was done.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct FairStats {
+    /// Turned triangles before.
+    pub turned_before: usize,
+    /// Turned triangles left.
+    pub turned_after: usize,
+}
+
+/// Untangles curves, then sheets.
+pub fn fair(mut complex: MidComplex, placer: &dyn Placer) -> (MidComplex, FairStats) {
+    orient(&mut complex, placer);
+    let net = Net::new(&complex);
+    let mut stats = FairStats { turned_before: turned(&complex, placer).len(), turned_after: 0 };
+    for _ in 0..CURVE_ROUNDS {
+        relax(&mut complex, &net.curve_nodes, &net.along, placer);
+    }
+    let mut reach = 1;
+    for round in 0..SHEET_ROUNDS {
+        let bad = turned(&complex, placer);
+        stats.turned_after = bad.len();
+        if bad.is_empty() {
+            break;
+        }
+        // Stubborn tangles get more room.
+        if round % 4 == 3 {
+            reach += 1;
+        }
+        let moving = net.around(&complex, &bad, reach);
+        relax(&mut complex, &moving, &net.beside, placer);
+    }
+    (complex, stats)
+}
+
+/// Neighbours of every node, and which of them may move how.
+struct Net {
+    /// Neighbours of sheet nodes; empty for nodes on curves.
+    beside: IndexVec<NodeId, SmallVec<[NodeId; 8]>>,
+    /// The two neighbours along the curve of nodes that may slide on one.
+    along: IndexVec<NodeId, SmallVec<[NodeId; 8]>>,
+    curve_nodes: Vec<NodeId>,
+}
+
+impl Net {
+    fn new(complex: &MidComplex) -> Self {
+        let empty = || IndexVec::filled(SmallVec::<[NodeId; 8]>::new(), complex.nodes.len());
+        let (mut beside, mut along) = (empty(), empty());
+        for edge in complex.edges() {
+            let [a, b] = edge.ends;
+            beside[a].push(b);
+            beside[b].push(a);
+            if complex.kind(&edge) != EdgeKind::Inner {
+                along[a].push(b);
+                along[b].push(a);
+            }
+        }
+        let mut curve_nodes = Vec::new();
+        for n in complex.nodes.ids() {
+            if along[n].is_empty() {
+                continue;
+            }
+            beside[n].clear();
+            let faces = complex.nodes[n].supports.iter().filter(|s| matches!(s, Support::Face(_))).count();
+            if along[n].len() == 2 && faces < 2 {
+                curve_nodes.push(n);
+            }
+        }
+        Self { beside, along, curve_nodes }
+    }
+
+    /// The sheet nodes of the triangles and `reach` rings round them, sorted.
+    fn around(&self, complex: &MidComplex, triangles: &[TriangleId], reach: usize) -> Vec<NodeId> {
+        let mut nodes: Vec<NodeId> = triangles.iter().flat_map(|&t| complex.triangles[t].nodes).collect();
+        for _ in 0..reach {
+            let ring: Vec<NodeId> = nodes.iter().flat_map(|&n| self.beside[n].iter().copied()).collect();
+            nodes.extend(ring);
+            nodes.sort_unstable();
+            nodes.dedup();
+        }
+        nodes.retain(|&n| !self.beside[n].is_empty());
+        nodes
+    }
+}
+
+/// Moves each of the nodes to the middle of its neighbours and onto its supports, all from the old positions.
+fn relax(
+    complex: &mut MidComplex,
+    nodes: &[NodeId],
+    neighbours: &IndexVec<NodeId, SmallVec<[NodeId; 8]>>,
+    placer: &dyn Placer,
+) {
+    let moved: Vec<DVec3> = nodes
+        .par_iter()
+        .map(|&n| {
+            let list = &neighbours[n];
+            let middle = list.iter().map(|&m| complex.nodes[m].point).sum::<DVec3>() / list.len() as f64;
+            let p = placer.place(middle, &complex.nodes[n].supports);
+            if p.is_finite() { p } else { complex.nodes[n].point }
+        })
+        .collect();
+    for (&n, p) in nodes.iter().zip(moved) {
+        complex.nodes[n].point = p;
+    }
+}
+
+/// Triangles whose normal is turned from their wall's, sorted.
+fn turned(complex: &MidComplex, placer: &dyn Placer) -> Vec<TriangleId> {
+    complex
+        .triangles
+        .as_slice()
+        .par_iter()
+        .enumerate()
+        .filter_map(|(i, t)| {
+            let [a, b, c] = t.nodes.map(|n| complex.nodes[n].point);
+            let normal = placer.normal((a + b + c) / 3.0, t.wall)?;
+            ((b - a).cross(c - a).dot(normal) < 0.0).then(|| TriangleId::new(i))
+        })
+        .collect()
+}
