@@ -220,7 +220,7 @@ fn without_any_geometry_the_shape_stays_all_the_same() {
     let (mut out, stats) = remesh(c.clone(), &|_, _| 0.6, &Blind, &RemeshOptions::default());
     assert_eq!(stats.unplaced, 0);
     // A wall without normals keeps the winding that it had.
-    super::orient::orient(&mut out, &forms);
+    crate::geom::orient::orient(&mut out, &forms);
     let mut forms = forms;
     // Rim nodes are checked against circles with what the slack allows: nodes of the blind placer lie on the chords of the input.
     forms.thickness *= 1e4;
