@@ -36,7 +36,10 @@ pub struct FairStats {
 pub fn fair(mut complex: MidComplex, placer: &dyn Placer) -> (MidComplex, FairStats) {
     orient(&mut complex, placer);
     let net = Net::new(&complex);
-    let mut stats = FairStats { turned_before: turned(&complex, placer).len(), turned_after: 0 };
+    let mut stats = FairStats {
+        turned_before: turned(&complex, placer).len(),
+        turned_after: 0,
+    };
     for _ in 0..CURVE_ROUNDS {
         relax(&mut complex, &net.curve_nodes, &net.along, placer);
     }
@@ -85,19 +88,33 @@ impl Net {
                 continue;
             }
             beside[n].clear();
-            let faces = complex.nodes[n].supports.iter().filter(|s| matches!(s, Support::Face(_))).count();
+            let faces = complex.nodes[n]
+                .supports
+                .iter()
+                .filter(|s| matches!(s, Support::Face(_)))
+                .count();
             if along[n].len() == 2 && faces < 2 {
                 curve_nodes.push(n);
             }
         }
-        Self { beside, along, curve_nodes }
+        Self {
+            beside,
+            along,
+            curve_nodes,
+        }
     }
 
     /// The sheet nodes of the triangles and `reach` rings round them, sorted.
     fn around(&self, complex: &MidComplex, triangles: &[TriangleId], reach: usize) -> Vec<NodeId> {
-        let mut nodes: Vec<NodeId> = triangles.iter().flat_map(|&t| complex.triangles[t].nodes).collect();
+        let mut nodes: Vec<NodeId> = triangles
+            .iter()
+            .flat_map(|&t| complex.triangles[t].nodes)
+            .collect();
         for _ in 0..reach {
-            let ring: Vec<NodeId> = nodes.iter().flat_map(|&n| self.beside[n].iter().copied()).collect();
+            let ring: Vec<NodeId> = nodes
+                .iter()
+                .flat_map(|&n| self.beside[n].iter().copied())
+                .collect();
             nodes.extend(ring);
             nodes.sort_unstable();
             nodes.dedup();
@@ -118,9 +135,14 @@ fn relax(
         .par_iter()
         .map(|&n| {
             let list = &neighbours[n];
-            let middle = list.iter().map(|&m| complex.nodes[m].point).sum::<DVec3>() / list.len() as f64;
+            let middle =
+                list.iter().map(|&m| complex.nodes[m].point).sum::<DVec3>() / list.len() as f64;
             let p = placer.place(middle, &complex.nodes[n].supports);
-            if p.is_finite() { p } else { complex.nodes[n].point }
+            if p.is_finite() {
+                p
+            } else {
+                complex.nodes[n].point
+            }
         })
         .collect();
     for (&n, p) in nodes.iter().zip(moved) {
