@@ -282,3 +282,6 @@ impl Placer for Medial<'_> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -1,5 +1,9 @@
 //! Solids and meshes with closed forms, for unit tests.
 
+pub(crate) mod homology;
+pub(crate) mod stages;
+pub(crate) mod voxels;
+
 use crate::model::brep::{Brep, Face, Facet};
 use crate::model::ids::{FaceId, IndexVec, NodeId, SheetId, VertexId, WallId};
 use crate::model::shell::{Corners, Element, Sheet, ShellMesh};

@@ -49,3 +49,6 @@ pub(super) fn merge(meshes: Vec<ShellMesh>) -> ShellMesh {
     }
     all
 }
+
+#[cfg(test)]
+mod tests;

@@ -121,3 +121,6 @@ fn astray(brep: &Brep, complex: &MidComplex) -> f64 {
     let off: f64 = judged.iter().filter(|j| j.1).map(|j| j.0).sum();
     if total > 0.0 { off / total } else { 0.0 }
 }
+
+#[cfg(test)]
+mod tests;

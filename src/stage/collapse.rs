@@ -204,3 +204,6 @@ fn compress(keys: usize, pairs: impl Iterator<Item = (u32, u32)> + Clone) -> (Ve
     }
     (start, values)
 }
+
+#[cfg(test)]
+mod tests;

@@ -91,3 +91,6 @@ fn classes(labels: &IndexVec<VertexId, Labels>, faces: usize) -> IndexVec<FaceId
     }
     (0..faces as u32).map(|f| find(&mut root, f)).collect()
 }
+
+#[cfg(test)]
+mod tests;

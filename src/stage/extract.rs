@@ -408,3 +408,6 @@ fn ring(lines: &[(NodeId, NodeId, WallId)]) -> Option<SmallVec<[NodeId; 4]>> {
     sorted.dedup();
     (closes && sorted.len() == lines.len()).then_some(ring)
 }
+
+#[cfg(test)]
+mod tests;

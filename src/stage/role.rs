@@ -61,3 +61,6 @@ pub fn roles(aag: &Aag, pairing: &Pairing) -> FaceRoles {
     }
     FaceRoles { role, carries }
 }
+
+#[cfg(test)]
+mod tests;

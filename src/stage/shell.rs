@@ -194,3 +194,6 @@ fn nodal(mesh: &mut ShellMesh) {
         .collect();
     mesh.node_normals = normal.iter().map(|n| n.1.normalize_or_zero()).collect();
 }
+
+#[cfg(test)]
+mod tests;

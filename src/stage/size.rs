@@ -76,3 +76,6 @@ impl Sizing {
         SPECK * size
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -83,3 +83,6 @@ pub fn widen(
     chosen.dedup();
     chosen
 }
+
+#[cfg(test)]
+mod tests;

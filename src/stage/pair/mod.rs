@@ -28,3 +28,6 @@ pub fn pair(brep: &Brep, aag: &Aag, sightings: &[Sighting], options: &PairOption
     pairing.peaks = peaks;
     pairing
 }
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,84 @@
+use super::*;
+use crate::stage::pair::sight;
+use crate::stage::test_shapes::{Build, sheet};
+use crate::test_parts::stages::stages;
+use crate::test_parts::voxels::{plate, tee, thin_parts};
+
+/// The rectangle over x up to `length` of the plate 40 x 24 x 2, at height z.
+fn level(length: f64, z: f64) -> MidComplex {
+    sheet(20, 12, |u, v| DVec3::new(length * u, 24.0 * v, z))
+}
+
+fn of_plate(complex: &MidComplex) -> Assessment {
+    let brep = plate(1).brep;
+    assess(&brep, &sight(&brep), complex)
+}
+
+#[test]
+fn the_exact_middle_of_a_plate_covers_all_and_strays_nowhere() {
+    let found = of_plate(&level(40.0, 1.0));
+    assert_eq!((found.cover, found.astray, found.score()), (1.0, 0.0, 1.0));
+}
+
+#[test]
+fn half_a_plate_covers_half() {
+    let found = of_plate(&level(20.0, 1.0));
+    // Mid-points up to 0.35 of the thickness beyond the edge count as well.
+    let wanted = (20.0 + 0.35 * 2.0) / 40.0;
+    assert!((found.cover - wanted).abs() < 0.005, "{}", found.cover);
+    assert_eq!(found.astray, 0.0);
+    assert_eq!(of_plate(&MidComplex::default()).score(), 0.0);
+}
+
+#[test]
+fn a_sheet_off_the_middle_strays_from_a_tenth_on() {
+    // |d - e| / (d + e) = |z - 1|
+    for (z, astray) in [(1.09, 0.0), (0.91, 0.0), (1.11, 1.0), (0.89, 1.0)] {
+        assert_eq!(of_plate(&level(40.0, z)).astray, astray, "{z}");
+    }
+    assert_eq!(of_plate(&level(40.0, 1.8)).cover, 0.0);
+    assert_eq!(of_plate(&level(40.0, 2.5)).astray, 1.0);
+}
+
+#[test]
+fn a_wild_flap_counts_by_its_area() {
+    let mut build = Build::default();
+    build.sheet(0, 20, 12, |u, v| DVec3::new(40.0 * u, 24.0 * v, 1.0));
+    build.sheet(0, 4, 4, |u, v| DVec3::new(10.0 * u, 24.0 * v, 1.5));
+    let found = of_plate(&build.complex);
+    assert!((found.astray - 0.2).abs() < 1e-9, "{}", found.astray);
+    assert_eq!(found.cover, 1.0);
+}
+
+#[test]
+fn junctions_are_left_out_of_straying_and_a_missing_rib_shows() {
+    let solid = tee(1);
+    let sightings = sight(&solid.brep);
+    let mut build = Build::default();
+    build.sheet(0, 40, 24, |u, v| DVec3::new(40.0 * u, 24.0 * v, 1.0));
+    let ribless = assess(&solid.brep, &sightings, &build.complex);
+    build.sheet(1, 40, 13, |u, v| DVec3::new(40.0 * u, 12.0, 1.0 + 13.0 * v));
+    let found = assess(&solid.brep, &sightings, &build.complex);
+    assert_eq!((found.cover, found.astray), (1.0, 0.0));
+    // Sides seen: twice 24 - 2 wide of the plate's, twice 12 of the rib's.
+    let wanted = 44.0 / (44.0 + 24.0);
+    assert!((ribless.cover - wanted).abs() < 0.02, "{}", ribless.cover);
+}
+
+#[test]
+fn the_raw_complexes_of_thin_parts_are_good() {
+    for (name, solid, _) in thin_parts() {
+        let stages = stages(&solid);
+        let found = assess(&solid.brep, &stages.sightings, &stages.complex());
+        // A lump is no wall; what lies in it may stray.
+        let (cover, astray) = if name.contains("block") {
+            (0.95, 0.25)
+        } else {
+            (0.97, 0.02)
+        };
+        assert!(
+            found.cover > cover && found.astray < astray,
+            "{name}: {found:?}"
+        );
+    }
+}

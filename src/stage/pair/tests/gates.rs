@@ -1,0 +1,204 @@
+use super::*;
+use crate::model::ids::{CurveId, IndexVec, WallId};
+use crate::model::walls::{Arc, Convexity};
+use crate::test_parts::voxels::{cube, filled, lines, plate, wedge};
+use crate::test_parts::{box_brep, tube_brep};
+use glam::DVec3;
+
+#[test]
+fn a_strip_is_paired_over_its_thickness_and_not_over_its_ends() {
+    // Long, narrow, twice as wide as thick: sides 2, 3 are 6 apart and only 3 wide, ends 4, 5 are far apart.
+    let found = paired(&box_brep(DVec3::new(200.0, 6.0, 3.0)));
+    assert_eq!(faces(&found), [[0, 1]]);
+    let thickness = found.pairs[0].thickness;
+    assert!(thickness.iter().all(|t| (t - 3.0).abs() < 1e-9));
+    assert!((found.pairs[0].overlap - 1200.0).abs() < 1e-6);
+    assert_eq!(faces(&paired(&cube().brep)), [[0; 2]; 0]);
+}
+
+#[test]
+fn the_least_width_decides_and_scale_does_not() {
+    // Width of the side faces of 30 x 5 x 4: 2 * 120 / 68 = 3.53; of 30 x 4 x 4 alike: squares have no wall.
+    for scale in [1e-3, 1.0, 1e3] {
+        let brep = box_brep(DVec3::new(30.0, 5.0, 4.0) * scale);
+        let (aag, sightings) = (adjacency(&brep), sight(&brep));
+        let with = |least_width| {
+            let options = PairOptions {
+                least_width,
+                ..PairOptions::default()
+            };
+            faces(&pair(&brep, &aag, &sightings, &options))
+        };
+        assert_eq!(with(1.1), [[0; 2]; 0]);
+        assert_eq!(with(1.0), [[0, 1]]);
+        assert_eq!(with(0.5), [[0, 1], [2, 3]]);
+    }
+}
+
+#[test]
+fn tapered_walls_are_paired_with_their_least_and_greatest_thickness() {
+    for degrees in [1.0, 5.0, 10.0, 15.0] {
+        let angle = f64::to_radians(degrees);
+        let solid = wedge(angle);
+        let found = paired(&solid.brep);
+        let top = solid.face(|p| (p.z - 2.0 - p.x * angle.tan()).abs() < 1e-9);
+        assert_eq!(
+            faces(&found),
+            [sorted(solid.face(|p| p.z == 0.0), top)],
+            "{degrees}"
+        );
+        let [low, mean, high] = found.pairs[0].thickness;
+        // Rays fall at right angles to either side in turn: from the tapered one those at the thick end leave through the end face, so
+        // that the greatest is the lower side's. One sample in fifty is left out at either end.
+        let (least, greatest) = (2.0, 2.0 + 60.0 * angle.tan());
+        let slack = 0.05 * (greatest - least);
+        assert!((least..least + slack).contains(&low), "{degrees}: {low}");
+        assert!(
+            (greatest - slack..greatest).contains(&high),
+            "{degrees}: {high}"
+        );
+        assert!(
+            (mean - (least + greatest) / 2.0).abs() < slack,
+            "{degrees}: {mean}"
+        );
+        assert!((found.walls[WallId(0)].thickness - mean).abs() < 1e-12);
+    }
+}
+
+#[test]
+fn a_tube_is_one_pair_of_its_skins() {
+    let found = paired(&tube_brep(10.0, 9.0, 30.0, 72));
+    assert_eq!(faces(&found), [[0, 1]]);
+    assert!((found.pairs[0].thickness[1] - 1.0).abs() < 0.01);
+}
+
+#[test]
+fn numbers_of_faces_do_not_matter() {
+    let solid = wedge(0.1);
+    for seed in 0..4 {
+        let other = solid.shuffled(seed);
+        let (a, b) = (paired(&solid.brep), paired(&other.brep));
+        let tags = |p: &Pairing, b: &Brep| {
+            let mut t = p.pairs[0].faces.map(|f| b.faces[f].tag);
+            t.sort_unstable();
+            t
+        };
+        assert_eq!(tags(&a, &solid.brep), tags(&b, &other.brep));
+        for k in 0..3 {
+            assert!((a.pairs[0].thickness[k] - b.pairs[0].thickness[k]).abs() < 1e-9);
+        }
+    }
+}
+
+#[test]
+fn a_patch_on_a_large_face_is_paired_whatever_its_share() {
+    // A pad 20 x 20 x 1 that hangs 1 above one end of a block is no wall; under the pad of a T-shaped lump the flange is one.
+    let x = lines(&[(20.0, 5), (100.0, 8), (120.0, 5)]);
+    let solid = filled(
+        [x, lines(&[(100.0, 8)]), lines(&[(38.0, 4), (40.0, 1)])],
+        |p| p.z > 38.0 || (20.0..100.0).contains(&p.x),
+    );
+    // The flanges beside the block are 20 wide, 2 thick; they see the one top, a sixth each.
+    let found = paired(&solid.brep);
+    let top = solid.face(|p| p.z == 40.0);
+    let flanges = [
+        solid.face(|p| p.z == 38.0 && p.x <= 20.0),
+        solid.face(|p| p.z == 38.0 && p.x >= 100.0),
+    ];
+    let mut wanted = flanges.map(|f| sorted(top, f));
+    wanted.sort_unstable();
+    assert!(
+        wanted.iter().all(|w| faces(&found).contains(w)),
+        "{:?}",
+        faces(&found)
+    );
+}
+
+/// Sightings of one face of another, `n` of them with the given area in all.
+fn look(from: u32, to: u32, distance: f64, area: f64) -> Vec<Sighting> {
+    vec![
+        Sighting {
+            from: FaceId(from),
+            point: DVec3::ZERO,
+            inward: DVec3::Z,
+            area: area / 100.0,
+            across: Some((FaceId(to), distance)),
+        };
+        100
+    ]
+}
+
+/// A graph of squares 10 x 10 with the given arcs.
+fn squares(faces: usize, arcs: &[(u32, u32, f64)]) -> Aag {
+    let mut aag = Aag {
+        area: IndexVec::filled(100.0, faces),
+        perimeter: IndexVec::filled(40.0, faces),
+        of_face: IndexVec::filled(Vec::new(), faces),
+        ..Aag::default()
+    };
+    for (i, &(f, g, turn_rad)) in arcs.iter().enumerate() {
+        aag.arcs.push(Arc {
+            faces: [FaceId(f), FaceId(g)],
+            curve: CurveId(i as u32),
+            length: 10.0,
+            turn_rad,
+            convexity: Convexity::Smooth,
+        });
+        for f in [f, g] {
+            aag.of_face[FaceId(f)].push(i as u32);
+        }
+    }
+    aag
+}
+
+fn gated(aag: &Aag, sightings: &[Sighting]) -> Vec<[u32; 2]> {
+    (super::super::gates::pairs(aag, sightings, &PairOptions::default()).iter())
+        .map(|p| p.faces.map(|f| f.0))
+        .collect()
+}
+
+#[test]
+fn every_gate_shuts() {
+    let aag = squares(4, &[]);
+    let both = |a, b, d, area| [look(a, b, d, area), look(b, a, d, area)].concat();
+    // Squares of ten are five wide.
+    assert_eq!(gated(&aag, &both(0, 1, 4.9, 100.0)), [[0, 1]]);
+    assert_eq!(gated(&aag, &both(0, 1, 5.1, 100.0)), [[0; 2]; 0]);
+    // Seen: at least three hundredths, then three tenths or nine squared thicknesses.
+    assert_eq!(gated(&aag, &both(0, 1, 0.5, 2.9)), [[0; 2]; 0]);
+    assert_eq!(gated(&aag, &both(0, 1, 0.5, 3.1)), [[0, 1]]);
+    assert_eq!(gated(&aag, &both(0, 1, 2.0, 29.0)), [[0; 2]; 0]);
+    assert_eq!(gated(&aag, &both(0, 1, 2.0, 31.0)), [[0, 1]]);
+    // A face never pairs with itself.
+    assert_eq!(gated(&aag, &look(0, 0, 1.0, 100.0)), [[0; 2]; 0]);
+}
+
+#[test]
+fn a_face_that_goes_on_with_a_paired_one_gets_a_second_chance() {
+    // 0-1 are a pair, 2 goes on with 0 and sees 3, which goes on with 1, but is too narrow for the first gate.
+    let try_with = |turn: f64, distance: f64, area: f64| {
+        let mut aag = squares(4, &[(0, 2, turn), (1, 3, turn)]);
+        aag.perimeter[FaceId(2)] = 1000.0;
+        aag.perimeter[FaceId(3)] = 1000.0;
+        let looks = [
+            look(0, 1, 1.0, 100.0),
+            look(1, 0, 1.0, 100.0),
+            look(2, 3, distance, area),
+            look(3, 2, distance, area),
+        ];
+        gated(&aag, &looks.concat())
+    };
+    assert_eq!(try_with(0.1, 1.5, 50.0), [[0, 1], [2, 3]]);
+    assert_eq!(try_with(1.57, 1.5, 50.0), [[0, 1]], "it turns away");
+    assert_eq!(try_with(0.1, 2.1, 50.0), [[0, 1]], "it is too far");
+    assert_eq!(try_with(0.1, 1.5, 29.0), [[0, 1]], "it sees too little");
+}
+
+#[test]
+fn a_rim_beside_both_sides_is_no_pair() {
+    let solid = plate(1);
+    let found = paired(&solid.brep);
+    assert_eq!(found.pairs.len(), 1);
+    let sides = found.side.iter().filter(|s| s.is_some()).count();
+    assert_eq!(sides, 2);
+}
