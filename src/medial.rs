@@ -7,6 +7,7 @@
 use crate::geom::placer::Placer;
 use crate::geom::planes;
 use crate::geom::six_node::{self, nearest_on_quadratic};
+use crate::geom::triangle::nearest_on_triangle;
 use crate::model::brep::Brep;
 use crate::model::complex::Support;
 use crate::model::ids::{FaceId, FacetId, IndexVec, VertexId, WallId};
@@ -23,6 +24,8 @@ const LEASH: f64 = 3.0;
 /// Two sides whose normals are nearer to parallel than this sum of unit normals define no middle.
 const LEAST_OPPOSITION: f64 = 0.5;
 
+/// A facet whose mid-side points lie off its sides by less than this share of their length is flat.
+const FLAT: f64 = 1e-9;
 /// A foot is plumb within this sine; far above rounding, far below what a wrong facet gives.
 const PLUMB: f64 = 1e-6;
 
@@ -70,6 +73,8 @@ pub struct Medial<'a> {
     /// Rims may slide from a lateral face onto one that is tangent to it: such faces share one surface.
     rim_surface: IndexVec<FaceId, u32>,
     rims: Vec<Surface>,
+    /// How far each facet's mid-side points lie off its sides, mm; zero where it is flat to rounding.
+    sag: IndexVec<FacetId, f64>,
     /// Facets at every vertex.
     stars: IndexVec<VertexId, Vec<FacetId>>,
     /// Normal curvature of each facet, 1/mm, estimated from its corner normals.
@@ -149,6 +154,20 @@ impl<'a> Medial<'a> {
                     .fold(0.0, f64::max)
             })
             .collect();
+        let sag = brep
+            .facets
+            .enumerated()
+            .map(|(id, f)| {
+                let p = brep.corners(id);
+                let off = |k: usize| f.mids[k].distance((p[k] + p[(k + 1) % 3]) / 2.0);
+                let most = off(0).max(off(1)).max(off(2));
+                if most > FLAT * p[0].distance(p[1]) {
+                    most
+                } else {
+                    0.0
+                }
+            })
+            .collect();
         let thickness: IndexVec<WallId, f64> = pairing.walls.iter().map(|w| w.thickness).collect();
         let typical = thickness.iter().sum::<f64>() / (thickness.len().max(1) as f64);
         Self {
@@ -157,6 +176,7 @@ impl<'a> Medial<'a> {
             thickness,
             rim_surface,
             rims,
+            sag,
             stars,
             curvature,
             typical,
@@ -169,21 +189,26 @@ impl<'a> Medial<'a> {
         if best.is_plumb(p) {
             return Some(best);
         }
-        // On a curved side the nearest flat facet need not be the nearest curved one: beside a seam its neighbours are asked too.
+        // On a curved side the nearest flat facet need not be the nearest curved one: neighbours that are about as near are asked too.
+        let reach = near.distance + self.sag[best.facet];
         let corners = self.brep.facets[best.facet].corners;
-        let around = corners.iter().flat_map(|&v| self.stars[v].iter().copied());
-        let neighbours = around.filter(|&f| {
-            surface
-                .faces
-                .binary_search(&self.brep.facets[f].face)
-                .is_ok()
-        });
-        let distance = |f: &Foot| (f.point - p).length_squared();
-        Some(
-            neighbours
-                .map(|f| self.foot_on(f, p))
-                .fold(best, |a, b| if distance(&b) < distance(&a) { b } else { a }),
-        )
+        let mut nearest = best;
+        for &f in corners.iter().flat_map(|&v| &self.stars[v]) {
+            let bent = self.sag[f] > 0.0 && f != best.facet;
+            if bent
+                && surface
+                    .faces
+                    .binary_search(&self.brep.facets[f].face)
+                    .is_ok()
+                && nearest_on_triangle(self.brep.corners(f), p).distance(p) <= reach + self.sag[f]
+            {
+                let foot = self.foot_on(f, p);
+                if foot.point.distance_squared(p) < nearest.point.distance_squared(p) {
+                    nearest = foot;
+                }
+            }
+        }
+        Some(nearest)
     }
 
     fn foot_on(&self, facet: FacetId, p: DVec3) -> Foot {

@@ -163,16 +163,26 @@ fn clean_complex(
     let thickness = |w: WallId| medial.mean_thickness(w);
     let fair = clock.time("fair", || {
         let (complex, _) = fair::fair(found.complex.clone(), medial);
-        let mut complex = remesh::merge_strips(complex, &thickness, medial);
+        let mut complex = connected(complex, |c| remesh::merge_strips(c, &thickness, medial));
         for _ in 0..KNOT_ROUNDS {
             let (untangled, stats) = fair::fair(complex, medial);
             complex = untangled;
             if stats.turned_after == 0 {
                 break;
             }
-            complex = remesh::contract_turned(complex, medial);
+            complex = connected(complex, |c| remesh::contract_turned(c, medial));
         }
         complex
     });
     clock.time("clean", || remesh::clean(fair, &shortest, medial))
+}
+
+/// The changed complex, or the old one where sheets would come to hang together only by a point: contraction keeps the homotopy type, not that.
+fn connected(old: MidComplex, change: impl FnOnce(MidComplex) -> MidComplex) -> MidComplex {
+    let new = change(old.clone());
+    if new.pieces() == old.pieces() {
+        new
+    } else {
+        old
+    }
 }

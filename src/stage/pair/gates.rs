@@ -79,20 +79,10 @@ pub(super) fn pairs(aag: &Aag, sightings: &[Sighting], options: &PairOptions) ->
     };
     accepted.retain(|v| is_wall(v.from) && is_wall(v.to));
 
-    let weak = |f: FaceId| cover[f] < WEAK * aag.area[f];
-    let strong = mates(&accepted, aag.area.len(), |f| !weak(f));
-    accepted.retain(|v| {
-        [(v.from, v.to), (v.to, v.from)]
-            .iter()
-            .all(|&(f, g)| !weak(f) || goes_on(aag, &strong, f, g))
-    });
     let mates = mates(&accepted, aag.area.len(), |_| true);
     accepted.extend(complement(aag, &views, &mates, options));
     gather(&views, &accepted)
 }
-
-/// A face of which less than this share sees its mates is paired on sufferance: its neighbours must agree.
-const WEAK: f64 = 0.6;
 
 type Mates = IndexVec<FaceId, Vec<(FaceId, f64)>>;
 

@@ -8,7 +8,7 @@ use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
 /// Bends and narrow places shrink the wanted length to this share at most: smaller than that they are not worth their elements.
-pub(super) const FLOOR: f64 = 0.1;
+pub(super) const FLOOR: f64 = 0.3;
 /// A triangle over a narrow place or at a short curve has an edge this many times as long as the place is wide, at most.
 const NARROW: f64 = 1.6;
 /// Two curves that meet at a corner come near each other there by nature; no narrow place within so many widths of the corner.
