@@ -71,3 +71,22 @@ pub fn orient(complex: &mut MidComplex, placer: &dyn Placer) {
         }
     }
 }
+
+/// Those of the triangles whose normal is turned from their wall's, in the same order.
+pub fn turned(
+    complex: &MidComplex,
+    triangles: &[TriangleId],
+    placer: &dyn Placer,
+) -> Vec<TriangleId> {
+    triangles
+        .par_iter()
+        .copied()
+        .filter(|&t| {
+            let triangle = complex.triangles[t];
+            let [a, b, c] = triangle.nodes.map(|n| complex.nodes[n].point);
+            placer
+                .normal((a + b + c) / 3.0, triangle.wall)
+                .is_some_and(|n| (b - a).cross(c - a).dot(n) < 0.0)
+        })
+        .collect()
+}

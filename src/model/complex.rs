@@ -1,5 +1,6 @@
 //! The mid-complex: a non-manifold triangulated mid-surface with what each node must lie on.
 
+use super::disjoint::Disjoint;
 use super::ids::{FaceId, Id, IndexVec, NodeId, TriangleId, WallId};
 use glam::DVec3;
 use smallvec::SmallVec;
@@ -119,21 +120,13 @@ impl MidComplex {
 
     /// Number of edge-connected pieces.
     pub fn pieces(&self) -> usize {
-        let mut root: Vec<u32> = (0..self.triangles.len() as u32).collect();
-        fn find(root: &mut [u32], mut x: u32) -> u32 {
-            while root[x as usize] != x {
-                root[x as usize] = root[root[x as usize] as usize];
-                x = root[x as usize];
-            }
-            x
-        }
+        let mut sets = Disjoint::new(self.triangles.len());
         for edge in self.edges() {
             for t in &edge.triangles[1..] {
-                let (a, b) = (find(&mut root, edge.triangles[0].0), find(&mut root, t.0));
-                root[a.max(b) as usize] = a.min(b);
+                sets.join(edge.triangles[0].0, t.0);
             }
         }
-        (0..root.len()).filter(|&i| root[i] == i as u32).count()
+        sets.sets()
     }
 
     /// All violations.

@@ -5,6 +5,7 @@
 
 use crate::model::brep::Brep;
 use crate::model::decomposition::{Decomposition, FaceRoles, Labels, Passage};
+use crate::model::disjoint::Disjoint;
 use crate::model::ids::{FaceId, Id, IndexVec, VertexId};
 use crate::model::tet_graph::TetGraph;
 use crate::model::walls::Pairing;
@@ -75,21 +76,13 @@ fn labels(brep: &Brep, pairing: &Pairing, roles: &FaceRoles) -> IndexVec<VertexI
 
 /// Wall faces that some vertex carries together belong to one side of the material.
 fn classes(labels: &IndexVec<VertexId, Labels>, faces: usize) -> IndexVec<FaceId, u32> {
-    let mut root: Vec<u32> = (0..faces as u32).collect();
-    fn find(root: &mut [u32], mut x: u32) -> u32 {
-        while root[x as usize] != x {
-            root[x as usize] = root[root[x as usize] as usize];
-            x = root[x as usize];
-        }
-        x
-    }
+    let mut sets = Disjoint::new(faces);
     for l in labels {
         for pair in l.windows(2) {
-            let (a, b) = (find(&mut root, pair[0].0), find(&mut root, pair[1].0));
-            root[a.max(b) as usize] = a.min(b);
+            sets.join(pair[0].0, pair[1].0);
         }
     }
-    (0..faces as u32).map(|f| find(&mut root, f)).collect()
+    (0..faces as u32).map(|f| sets.find(f)).collect()
 }
 
 #[cfg(test)]

@@ -10,7 +10,7 @@
 //!
 //! Reference: W. T. Tutte, How to draw a graph, Proc. LMS 13 (1963), doi:10.1112/plms/s3-13.1.743: nodes in the middle of their neighbours do not cross.
 
-use crate::geom::orient::orient;
+use crate::geom::orient::{orient, turned};
 use crate::geom::placer::Placer;
 use crate::model::complex::{EdgeKind, MidComplex, Support};
 use crate::model::ids::{IndexVec, NodeId, TriangleId};
@@ -165,19 +165,4 @@ fn relax(
     for (&n, p) in nodes.iter().zip(moved) {
         complex.nodes[n].point = p;
     }
-}
-
-/// Those of the triangles whose normal is turned from their wall's, in the same order.
-fn turned(complex: &MidComplex, triangles: &[TriangleId], placer: &dyn Placer) -> Vec<TriangleId> {
-    triangles
-        .par_iter()
-        .copied()
-        .filter(|&t| {
-            let triangle = complex.triangles[t];
-            let [a, b, c] = triangle.nodes.map(|n| complex.nodes[n].point);
-            placer
-                .normal((a + b + c) / 3.0, triangle.wall)
-                .is_some_and(|n| (b - a).cross(c - a).dot(n) < 0.0)
-        })
-        .collect()
 }

@@ -16,6 +16,7 @@ mod cut;
 pub use cut::cut;
 
 use crate::model::complex::{EdgeKind, MidComplex, Support};
+use crate::model::disjoint::Disjoint;
 use crate::model::ids::{Id, NodeId, PatchId};
 use crate::model::ids::{IndexVec, TriangleId};
 use crate::model::patch::Patch;
@@ -88,13 +89,12 @@ fn links(complex: &MidComplex) -> Vec<Links> {
             links[b.index()][j] = Some(Link::new(a.0, i8, kept));
         }
     };
-    let mut root: Vec<u32> = (0..complex.triangles.len() as u32).collect();
+    let mut sets = Disjoint::new(complex.triangles.len());
     for edge in &edges {
         if complex.kind(edge) == EdgeKind::Inner {
             let (a, b) = (edge.triangles[0], edge.triangles[1]);
             join(&mut links, edge.ends, a, b, is_fold(complex, a, b));
-            let (a, b) = (find(&mut root, a.0), find(&mut root, b.0));
-            root[a.max(b) as usize] = a.min(b);
+            sets.join(a.0, b.0);
         }
     }
     for edge in &edges {
@@ -102,7 +102,7 @@ fn links(complex: &MidComplex) -> Vec<Links> {
             let mut sides: Vec<(u32, TriangleId)> = edge
                 .triangles
                 .iter()
-                .map(|t| (find(&mut root, t.0), *t))
+                .map(|t| (sets.find(t.0), *t))
                 .collect();
             sides.sort_unstable();
             for run in sides.chunk_by(|a, b| a.0 == b.0) {
@@ -113,14 +113,6 @@ fn links(complex: &MidComplex) -> Vec<Links> {
         }
     }
     links
-}
-
-fn find(root: &mut [u32], mut x: u32) -> u32 {
-    while root[x as usize] != x {
-        root[x as usize] = root[root[x as usize] as usize];
-        x = root[x as usize];
-    }
-    x
 }
 
 /// Whether the two triangles at an edge meet at a fold.

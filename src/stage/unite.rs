@@ -8,6 +8,7 @@
 
 use crate::geom::placer::Placer;
 use crate::model::complex::{EdgeKind, MidComplex, MidEdge, Support};
+use crate::model::disjoint::Disjoint;
 use crate::model::ids::{Id, IndexVec, TriangleId, WallId};
 use crate::model::walls::{Pairing, Wall};
 use std::collections::BTreeMap;
@@ -138,32 +139,21 @@ fn quiet(complex: &mut MidComplex, pairing: &Pairing) {
 }
 
 fn drown_islands(complex: &mut MidComplex, edges: &[MidEdge], pairing: &Pairing) -> bool {
-    let mut root: Vec<u32> = (0..complex.triangles.len() as u32).collect();
-    fn find(root: &mut [u32], mut x: u32) -> u32 {
-        while root[x as usize] != x {
-            root[x as usize] = root[root[x as usize] as usize];
-            x = root[x as usize];
-        }
-        x
-    }
+    let mut sets = Disjoint::new(complex.triangles.len());
     for edge in edges.iter().filter(|e| complex.kind(e) == EdgeKind::Inner) {
-        let (a, b) = (
-            find(&mut root, edge.triangles[0].0),
-            find(&mut root, edge.triangles[1].0),
-        );
-        root[a.max(b) as usize] = a.min(b);
+        sets.join(edge.triangles[0].0, edge.triangles[1].0);
     }
-    let mut area = vec![0.0; root.len()];
+    let mut area = vec![0.0; complex.triangles.len()];
     for (id, t) in complex.triangles.enumerated() {
         let p = t.nodes.map(|n| complex.nodes[n].point);
-        area[find(&mut root, id.0) as usize] += (p[1] - p[0]).cross(p[2] - p[0]).length() / 2.0;
+        area[sets.find(id.0) as usize] += (p[1] - p[0]).cross(p[2] - p[0]).length() / 2.0;
     }
     // Border length of every small island to every wall beyond.
     let mut border: BTreeMap<(u32, WallId), f64> = BTreeMap::new();
     for edge in edges.iter().filter(|e| complex.kind(e) == EdgeKind::Crease) {
         let [a, b] = edge.ends.map(|n| complex.nodes[n].point);
         for (s, t) in [(0, 1), (1, 0)].map(|(i, j)| (edge.triangles[i], edge.triangles[j])) {
-            let island = find(&mut root, s.0);
+            let island = sets.find(s.0);
             let thickness = pairing.walls[complex.triangles[s].wall].thickness;
             if area[island as usize] < ISLAND * thickness * thickness {
                 *border
@@ -179,8 +169,8 @@ fn drown_islands(complex: &mut MidComplex, edges: &[MidEdge], pairing: &Pairing)
             *best = (length, wall);
         }
     }
-    for t in (0..root.len() as u32).map(TriangleId) {
-        if let Some(&(_, wall)) = longest.get(&find(&mut root, t.0)) {
+    for t in complex.triangles.ids() {
+        if let Some(&(_, wall)) = longest.get(&sets.find(t.0)) {
             complex.triangles[t].wall = wall;
         }
     }

@@ -1,5 +1,6 @@
 //! What the mesh is as a complex: Euler characteristic, pieces, free edges, junctions and folds, elements that are turned over.
 
+use crate::model::disjoint::Disjoint;
 use crate::model::ids::{ElementId, Id, NodeId, SheetId};
 use crate::model::shell::{Corners, ShellMesh};
 use glam::DVec3;
@@ -88,14 +89,14 @@ pub(super) fn look_at(mesh: &ShellMesh) -> Topology {
         .map(|id| area_vector(mesh, id))
         .collect();
     let mut out = Topology::default();
-    let mut root: Vec<u32> = (0..mesh.elements.len() as u32).collect();
+    let mut sets = Disjoint::new(mesh.elements.len());
     let mut around = vec![DVec3::ZERO; mesh.elements.len()];
     let sheet = |id: ElementId| -> SheetId { mesh.elements[id].sheet };
     let mut edges = 0usize;
     for run in sides.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1)) {
         edges += 1;
         for side in &run[1..] {
-            join(&mut root, run[0].2.0, side.2.0);
+            sets.join(run[0].2.0, side.2.0);
         }
         let ends = [run[0].0, run[0].1];
         match run {
@@ -129,21 +130,8 @@ pub(super) fn look_at(mesh: &ShellMesh) -> Topology {
     let nodes = used.iter().filter(|u| **u).count();
     out.orphans = used.len() - nodes;
     out.euler = nodes as i64 - edges as i64 + mesh.elements.len() as i64;
-    out.pieces = (0..root.len()).filter(|&i| root[i] == i as u32).count();
+    out.pieces = sets.sets();
     out
-}
-
-fn find(root: &mut [u32], mut x: u32) -> u32 {
-    while root[x as usize] != x {
-        root[x as usize] = root[root[x as usize] as usize];
-        x = root[x as usize];
-    }
-    x
-}
-
-fn join(root: &mut [u32], a: u32, b: u32) {
-    let (a, b) = (find(root, a), find(root, b));
-    root[a.max(b) as usize] = a.min(b);
 }
 
 #[cfg(test)]

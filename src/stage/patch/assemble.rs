@@ -1,6 +1,7 @@
 //! Triangles with their neighbours made into a patch: oriented, corners told apart, boundary walked.
 
 use crate::geom::snap::Snap;
+use crate::model::disjoint::Disjoint;
 use crate::model::ids::{NodeId, TriangleId, WallId};
 use crate::model::patch::Patch;
 use glam::DVec3;
@@ -147,7 +148,8 @@ impl Soup {
 
     /// For every corner of every triangle (3 t + k) the lowest one that is joined to it round a node.
     fn fans(&self) -> Vec<u32> {
-        let mut root: Vec<u32> = (0..3 * self.corners.len() as u32).collect();
+        let count = 3 * self.corners.len();
+        let mut sets = Disjoint::new(count);
         for (t, links) in self.links.iter().enumerate() {
             for (k, link) in links.iter().enumerate() {
                 let Some(l) = *link else { continue };
@@ -156,17 +158,11 @@ impl Soup {
                     (3 * t + k, 3 * u + (j + 1) % 3),
                     (3 * t + (k + 1) % 3, 3 * u + j),
                 ] {
-                    let (a, b) = (
-                        super::find(&mut root, a as u32),
-                        super::find(&mut root, b as u32),
-                    );
-                    root[a.max(b) as usize] = a.min(b);
+                    sets.join(a as u32, b as u32);
                 }
             }
         }
-        (0..root.len() as u32)
-            .map(|i| super::find(&mut root, i))
-            .collect()
+        (0..count as u32).map(|i| sets.find(i)).collect()
     }
 
     /// The boundary loops, longest first, and which corners lie on them.

@@ -6,26 +6,16 @@
 
 use super::contract::keeps_homotopy;
 use super::surface::{Surface, key};
-use crate::geom::orient::orient;
+use crate::geom::orient::{orient, turned};
 use crate::geom::placer::Placer;
 use crate::model::complex::{EdgeKind, MidComplex, Support};
 use crate::model::ids::{IndexVec, NodeId, TriangleId};
-use rayon::prelude::*;
 
 /// Contracts an edge of every triangle whose normal is turned from its wall's.
 pub fn contract_turned(mut complex: MidComplex, placer: &dyn Placer) -> MidComplex {
     orient(&mut complex, placer);
-    let turned: Vec<TriangleId> = (0..complex.triangles.len() as u32)
-        .into_par_iter()
-        .map(TriangleId)
-        .filter(|&t| {
-            let triangle = complex.triangles[t];
-            let [a, b, c] = triangle.nodes.map(|n| complex.nodes[n].point);
-            placer
-                .normal((a + b + c) / 3.0, triangle.wall)
-                .is_some_and(|n| (b - a).cross(c - a).dot(n) < 0.0)
-        })
-        .collect();
+    let all: Vec<TriangleId> = complex.triangles.ids().collect();
+    let turned = turned(&complex, &all, placer);
     let fixed = fixed(&complex);
     let mut surface = Surface::new(complex);
     for t in turned {

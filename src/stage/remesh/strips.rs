@@ -10,6 +10,7 @@ use super::contract::keeps_homotopy;
 use super::surface::{Surface, key};
 use crate::geom::placer::Placer;
 use crate::model::complex::{EdgeKind, MidComplex};
+use crate::model::disjoint::Disjoint;
 use crate::model::ids::{NodeId, TriangleId, WallId};
 use crate::spatial::TriangleBvh;
 use glam::DVec3;
@@ -50,12 +51,11 @@ fn strips(complex: &MidComplex, thickness: &dyn Fn(WallId) -> f64) -> Vec<Vec<Tr
     let edges = complex.edges();
     let mut curves: Vec<[DVec3; 3]> = Vec::new();
     let mut reach: Vec<f64> = Vec::new();
-    let mut root: Vec<u32> = (0..complex.triangles.len() as u32).collect();
+    let mut sets = Disjoint::new(complex.triangles.len());
     for edge in &edges {
         match complex.kind(edge) {
             EdgeKind::Inner => {
-                let [a, b] = [0, 1].map(|k| find(&mut root, edge.triangles[k].0));
-                root[a.max(b) as usize] = a.min(b);
+                sets.join(edge.triangles[0].0, edge.triangles[1].0);
             }
             EdgeKind::Junction => {
                 let [a, b] = edge.ends.map(|n| complex.nodes[n].point);
@@ -78,12 +78,12 @@ fn strips(complex: &MidComplex, thickness: &dyn Fn(WallId) -> f64) -> Vec<Vec<Tr
             .is_some_and(|near| near.distance <= reach[near.index])
     };
     // Border length and rim length a sheet.
-    let mut border = vec![(0.0, 0.0); root.len()];
+    let mut border = vec![(0.0, 0.0); complex.triangles.len()];
     for edge in &edges {
         let kind = complex.kind(edge);
         let [a, b] = edge.ends.map(|n| complex.nodes[n].point);
         for &t in edge.triangles.iter().filter(|_| kind != EdgeKind::Inner) {
-            let sheet = &mut border[find(&mut root, t.0) as usize];
+            let sheet = &mut border[sets.find(t.0) as usize];
             sheet.0 += a.distance(b);
             sheet.1 += if kind == EdgeKind::Rim {
                 a.distance(b)
@@ -95,7 +95,7 @@ fn strips(complex: &MidComplex, thickness: &dyn Fn(WallId) -> f64) -> Vec<Vec<Tr
     let mut members: Vec<(u32, TriangleId)> = complex
         .triangles
         .ids()
-        .map(|t| (find(&mut root, t.0), t))
+        .map(|t| (sets.find(t.0), t))
         .collect();
     members.sort_unstable();
     members
@@ -112,14 +112,6 @@ fn strips(complex: &MidComplex, thickness: &dyn Fn(WallId) -> f64) -> Vec<Vec<Tr
         })
         .map(|sheet| sheet.iter().map(|m| m.1).collect())
         .collect()
-}
-
-fn find(root: &mut [u32], mut x: u32) -> u32 {
-    while root[x as usize] != x {
-        root[x as usize] = root[root[x as usize] as usize];
-        x = root[x as usize];
-    }
-    x
 }
 
 /// Contracts the strip as far as it goes; whether something was done and something is left.
