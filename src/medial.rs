@@ -21,6 +21,9 @@ const STEPS: usize = 16;
 const SETTLED: f64 = 1e-9;
 /// No point moves further than this in all, in thicknesses: further away is another wall's business.
 const LEASH: f64 = 3.0;
+/// Nor further beyond the end of its surfaces than this, in thicknesses: sheets that are extended to meet do so within the block where
+/// their walls join. One that lies further out may stay where it is.
+const REACH: f64 = 1.5;
 /// Two sides whose normals are nearer to parallel than this sum of unit normals define no middle.
 const LEAST_OPPOSITION: f64 = 0.5;
 
@@ -61,6 +64,13 @@ impl Foot {
     #[inline]
     pub fn depth(&self, p: DVec3) -> f64 {
         (self.point - p).dot(self.normal)
+    }
+
+    /// How far beyond the end of the surface `p` lies, along the tangent plane; zero over its inside.
+    #[inline]
+    fn beyond(&self, p: DVec3) -> f64 {
+        let d = p - self.point;
+        (d - self.normal * d.dot(self.normal)).length()
     }
 }
 
@@ -238,18 +248,22 @@ impl<'a> Medial<'a> {
         self.thickness[wall]
     }
 
-    fn plane(&self, p: DVec3, support: Support) -> Option<(DVec3, f64)> {
+    /// The tangent plane of what a point must lie on, and how far beyond its end the point is.
+    fn plane(&self, p: DVec3, support: Support) -> Option<((DVec3, f64), f64)> {
         match support {
             Support::Mid(wall) => {
                 let [a, b] = self.feet(p, wall)?;
                 let across = a.normal - b.normal;
                 let length = across.length();
-                (length > LEAST_OPPOSITION)
-                    .then(|| (across / length, (a.depth(p) - b.depth(p)) / length))
+                let beyond = a.beyond(p).min(b.beyond(p));
+                (length > LEAST_OPPOSITION).then(|| {
+                    let plane = (across / length, (a.depth(p) - b.depth(p)) / length);
+                    (plane, beyond)
+                })
             }
             Support::Face(face) => {
                 let foot = self.foot(&self.rims[self.rim_surface[face] as usize], p)?;
-                Some((foot.normal, foot.depth(p)))
+                Some(((foot.normal, foot.depth(p)), foot.beyond(p)))
             }
         }
     }
@@ -268,9 +282,17 @@ impl Placer for Medial<'_> {
         let scale = if scale > 0.0 { scale } else { self.typical };
         let mut p = start;
         let mut planes: smallvec::SmallVec<[(DVec3, f64); 4]> = smallvec::SmallVec::new();
+        let mut allowed = None;
         for _ in 0..STEPS {
             planes.clear();
-            planes.extend(supports.iter().filter_map(|&s| self.plane(p, s)));
+            let mut beyond = 0.0f64;
+            for (plane, end) in supports.iter().filter_map(|&s| self.plane(p, s)) {
+                planes.push(plane);
+                beyond = beyond.max(end);
+            }
+            if beyond > *allowed.get_or_insert(beyond.max(REACH * scale)) {
+                return start;
+            }
             let step = planes::meet(&planes).clamp_length_max(scale);
             p += step;
             if (p - start).length() > LEASH * scale {

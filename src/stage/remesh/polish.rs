@@ -128,7 +128,8 @@ fn search(job: &mut Job, n: NodeId) -> bool {
             return false;
         };
         match job.surface.quality_at(n, target.point, best) {
-            Some(q) if q > best + GAIN => {
+            // A folded star looks better the further its node goes off; only what unfolds it counts.
+            Some(q) if q > best + GAIN && q > 0.0 => {
                 best = q;
                 accept(job, n, target);
                 moved = true;

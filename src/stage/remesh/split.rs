@@ -2,7 +2,7 @@
 
 use super::guide::GuideId;
 use super::job::Job;
-use super::shape::{may_turn, quality};
+use super::shape::{may_turn, quality, signed_quality};
 use super::surface::key;
 use crate::model::complex::Supports;
 use crate::model::ids::NodeId;
@@ -36,7 +36,7 @@ pub(super) fn split_long(job: &mut Job) {
                 let ratio = job.ratio(a, b);
                 let over =
                     (ratio > LONGEST && leads(job, a, b)) || (ratio > 0.2 && strays(job, a, b));
-                over.then(|| (key(ratio), [a, b]))
+                (over && !folded(job, a, b)).then(|| (key(ratio), [a, b]))
             })
             .collect();
         if long.is_empty() {
@@ -59,6 +59,15 @@ fn leads(job: &Job, a: NodeId, b: NodeId) -> bool {
         let c = job.surface.apex(t, a, b);
         job.ratio(a, c) <= most && job.ratio(b, c) <= most
     })
+}
+
+/// Whether a triangle at an edge is turned over: splits would only make many folds of one.
+fn folded(job: &Job, a: NodeId, b: NodeId) -> bool {
+    let surface = &job.surface;
+    surface
+        .around(a, b)
+        .into_iter()
+        .any(|t| signed_quality(surface.corners(t), surface.reference[t]) < 0.0)
 }
 
 /// Whether a feature edge leaves its curve by more than allowed.
