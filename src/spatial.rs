@@ -90,7 +90,13 @@ pub struct Nearest {
     pub point: DVec3,
     /// How far it is.
     pub distance: f64,
+    /// Where the triangle is in the hierarchy, to begin the next search there.
+    pub hint: Hint,
 }
+
+/// A triangle's place in its hierarchy, which only that hierarchy understands.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Hint(u32);
 
 /// A bounding volume hierarchy over triangles.
 #[derive(Clone, Debug, Default)]
@@ -184,6 +190,24 @@ impl TriangleBvh {
         &self,
         p: DVec3,
         radius: f64,
+        wanted: impl FnMut(usize) -> bool,
+    ) -> Option<Nearest> {
+        self.search(p, radius, None, wanted)
+    }
+
+    /// The nearest point of all triangles, found faster where the triangle of `hint` (an earlier answer's) is near. The answer does not
+    /// depend on the hint.
+    #[inline]
+    pub fn nearest_from(&self, p: DVec3, hint: Option<Hint>) -> Option<Nearest> {
+        self.search(p, f64::INFINITY, hint, |_| true)
+    }
+
+    #[inline]
+    fn search(
+        &self,
+        p: DVec3,
+        radius: f64,
+        hint: Option<Hint>,
         mut wanted: impl FnMut(usize) -> bool,
     ) -> Option<Nearest> {
         let q = p - self.centre;
@@ -193,6 +217,15 @@ impl TriangleBvh {
         }
         let mut best: Option<(f64, u32, DVec3)> = None;
         let mut limit = radius * radius;
+        let mut slot = 0;
+        if let Some(Hint(k)) = hint
+            && let Some(triangle) = self.triangles.get(k as usize)
+        {
+            let point = nearest_on_triangle(*triangle, p);
+            limit = point.distance_squared(p);
+            best = Some((limit, self.indices[k as usize], point));
+            slot = k;
+        }
         let mut stack: SmallVec<[(f64, u32); 64]> = SmallVec::new();
         stack.push((root.distance_squared(q), 0));
         while let Some((d2, at)) = stack.pop() {
@@ -204,7 +237,12 @@ impl TriangleBvh {
                 let near = |i: u32| (self.nodes[i as usize].distance_squared(q), i);
                 let (a, b) = (near(node.first), near(node.first + 1));
                 // The nearer child last, so that it is looked at first.
-                stack.extend(if a.0 <= b.0 { [b, a] } else { [a, b] });
+                let (near, far) = if a.0 <= b.0 { (a, b) } else { (b, a) };
+                for child in [far, near] {
+                    if child.0 <= limit * SLACK {
+                        stack.push(child);
+                    }
+                }
                 continue;
             }
             for k in node.first..node.first + node.count {
@@ -218,6 +256,7 @@ impl TriangleBvh {
                 if better && wanted(index as usize) {
                     best = Some((e2, index, point));
                     limit = e2;
+                    slot = k;
                 }
             }
         }
@@ -225,6 +264,7 @@ impl TriangleBvh {
             index: index as usize,
             point,
             distance: d2.sqrt(),
+            hint: Hint(slot),
         })
     }
 
@@ -347,6 +387,7 @@ fn f32_above(x: f64) -> f32 {
 mod tests {
     use super::*;
     use crate::geom::random::Pcg;
+    use glam::Vec3Swizzles;
 
     fn soup(n: usize, seed: u64, size: f64, offset: DVec3) -> (Vec<[DVec3; 3]>, Pcg) {
         let mut rng = Pcg::new(seed);
@@ -385,6 +426,8 @@ mod tests {
                 let (i, d2) = brute_nearest(&t, p);
                 let near = bvh.nearest(p).unwrap();
                 assert_eq!((near.index, near.distance), (i, d2.sqrt()));
+                let elsewhere = bvh.nearest(p.yzx()).unwrap().hint;
+                assert_eq!(bvh.nearest_from(p, Some(elsewhere)), Some(near));
                 let d = DVec3::new(rng.unit(), rng.unit(), rng.unit()) - 0.5;
                 let ray = Ray::new(p, d);
                 let mut all: Vec<(usize, RayHit)> = t
