@@ -315,6 +315,11 @@ impl Placer for Medial<'_> {
         Some(a.depth(point) + b.depth(point))
     }
 
+    fn beyond(&self, point: DVec3, wall: WallId) -> f64 {
+        self.feet(point, wall)
+            .map_or(f64::INFINITY, |[a, b]| a.beyond(point).max(b.beyond(point)))
+    }
+
     fn curvature_radius(&self, point: DVec3, wall: WallId) -> f64 {
         let Some([a, b]) = self.feet(point, wall) else {
             return f64::INFINITY;
