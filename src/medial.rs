@@ -6,14 +6,15 @@
 
 use crate::geom::placer::Placer;
 use crate::geom::planes;
-use crate::geom::six_node::{self, nearest_on_quadratic};
+use crate::geom::six_node::{self, ReadyFacet};
 use crate::geom::triangle::nearest_on_triangle;
 use crate::model::brep::Brep;
 use crate::model::complex::Support;
 use crate::model::ids::{FaceId, FacetId, IndexVec, VertexId, WallId};
 use crate::model::walls::{Aag, Convexity, Pairing};
-use crate::spatial::TriangleBvh;
+use crate::spatial::{Hint, TriangleBvh};
 use glam::DVec3;
+use smallvec::SmallVec;
 
 /// Steps of the placing iteration: it converges quadratically on smooth walls; the rest guards against cycling at edges.
 const STEPS: usize = 16;
@@ -27,10 +28,15 @@ const REACH: f64 = 1.5;
 /// Two sides whose normals are nearer to parallel than this sum of unit normals define no middle.
 const LEAST_OPPOSITION: f64 = 0.5;
 
-/// A facet whose mid-side points lie off its sides by less than this share of their length is flat.
-const FLAT: f64 = 1e-9;
+/// A point this near to its foot, in edge lengths, lies on the surface: which way the rest points is rounding.
+const ON_SURFACE: f64 = 1e-9;
+/// A six-node facet leaves its flat triangle by at most this many times its sag: the three mid-side shape functions sum up to this.
+const BULGE: f64 = 4.0 / 3.0;
 /// A foot is plumb within this sine; far above rounding, far below what a wrong facet gives.
 const PLUMB: f64 = 1e-6;
+
+/// Where the last searches on one or two surfaces ended.
+type Hints = [Option<Hint>; 2];
 
 /// A set of facets with its hierarchy.
 #[derive(Clone, Debug, Default)]
@@ -83,10 +89,9 @@ pub struct Medial<'a> {
     /// Rims may slide from a lateral face onto one that is tangent to it: such faces share one surface.
     rim_surface: IndexVec<FaceId, u32>,
     rims: Vec<Surface>,
-    /// How far each facet's mid-side points lie off its sides, mm; zero where it is flat to rounding.
-    sag: IndexVec<FacetId, f64>,
-    /// Facets at every vertex.
-    stars: IndexVec<VertexId, Vec<FacetId>>,
+    facets: IndexVec<FacetId, ReadyFacet>,
+    /// The bent ones among the facets that touch each facet.
+    bent: IndexVec<FacetId, Vec<FacetId>>,
     /// Normal curvature of each facet, 1/mm, estimated from its corner normals.
     curvature: IndexVec<FacetId, f64>,
     typical: f64,
@@ -99,13 +104,6 @@ impl<'a> Medial<'a> {
             IndexVec::filled(Vec::new(), brep.faces.len());
         for (id, f) in brep.facets.enumerated() {
             of_face[f.face].push(id);
-        }
-        let mut stars: IndexVec<VertexId, Vec<FacetId>> =
-            IndexVec::filled(Vec::new(), brep.vertices.len());
-        for (id, f) in brep.facets.enumerated() {
-            for v in f.corners {
-                stars[v].push(id);
-            }
         }
         let surface = |faces: &mut dyn Iterator<Item = FaceId>| {
             let mut faces: Vec<FaceId> = faces.collect();
@@ -164,20 +162,12 @@ impl<'a> Medial<'a> {
                     .fold(0.0, f64::max)
             })
             .collect();
-        let sag = brep
+        let facets: IndexVec<FacetId, ReadyFacet> = brep
             .facets
             .enumerated()
-            .map(|(id, f)| {
-                let p = brep.corners(id);
-                let off = |k: usize| f.mids[k].distance((p[k] + p[(k + 1) % 3]) / 2.0);
-                let most = off(0).max(off(1)).max(off(2));
-                if most > FLAT * p[0].distance(p[1]) {
-                    most
-                } else {
-                    0.0
-                }
-            })
+            .map(|(id, f)| ReadyFacet::new(brep.corners(id), f.mids))
             .collect();
+        let bent = bent_neighbours(brep, &facets);
         let thickness: IndexVec<WallId, f64> = pairing.walls.iter().map(|w| w.thickness).collect();
         let typical = thickness.iter().sum::<f64>() / (thickness.len().max(1) as f64);
         Self {
@@ -186,44 +176,54 @@ impl<'a> Medial<'a> {
             thickness,
             rim_surface,
             rims,
-            sag,
-            stars,
+            facets,
+            bent,
             curvature,
             typical,
         }
     }
 
-    fn foot(&self, surface: &Surface, p: DVec3) -> Option<Foot> {
-        let near = surface.bvh.nearest(p)?;
-        let best = self.foot_on(surface.facets[near.index], p);
-        if best.is_plumb(p) {
+    /// The nearest point of a surface; `hint`: where the last search ended, only to make this one faster.
+    fn foot(&self, surface: &Surface, p: DVec3, hint: &mut Option<Hint>) -> Option<Foot> {
+        let near = surface.bvh.nearest_from(p, *hint)?;
+        *hint = Some(near.hint);
+        let id = surface.facets[near.index];
+        let best = self.foot_on(id, p, near.point);
+        let neighbours = &self.bent[id];
+        if neighbours.is_empty() || best.is_plumb(p) {
+            return Some(best);
+        }
+        let facet = &self.facets[id];
+        let mut distance = best.point.distance(p);
+        let [a, b, _] = facet.corners();
+        if distance <= ON_SURFACE * a.distance(b) {
             return Some(best);
         }
         // On a curved side the nearest flat facet need not be the nearest curved one: neighbours that are about as near are asked too.
-        let reach = near.distance + self.sag[best.facet];
-        let corners = self.brep.facets[best.facet].corners;
+        let reach = near.distance + facet.sag();
         let mut nearest = best;
-        for &f in corners.iter().flat_map(|&v| &self.stars[v]) {
-            let bent = self.sag[f] > 0.0 && f != best.facet;
-            if bent
-                && surface
-                    .faces
-                    .binary_search(&self.brep.facets[f].face)
-                    .is_ok()
-                && nearest_on_triangle(self.brep.corners(f), p).distance(p) <= reach + self.sag[f]
-            {
-                let foot = self.foot_on(f, p);
+        for &f in neighbours {
+            let other = &self.facets[f];
+            let face = self.brep.facets[f].face;
+            if surface.faces.binary_search(&face).is_err() {
+                continue;
+            }
+            let flat = nearest_on_triangle(other.corners(), p);
+            let away = flat.distance(p);
+            if away <= reach + other.sag() && away - BULGE * other.sag() <= distance {
+                let foot = self.foot_on(f, p, flat);
                 if foot.point.distance_squared(p) < nearest.point.distance_squared(p) {
                     nearest = foot;
+                    distance = foot.point.distance(p);
                 }
             }
         }
         Some(nearest)
     }
 
-    fn foot_on(&self, facet: FacetId, p: DVec3) -> Foot {
-        let (point, normal) =
-            nearest_on_quadratic(self.brep.corners(facet), self.brep.facets[facet].mids, p);
+    /// `flat`: the nearest point of the facet's flat triangle.
+    fn foot_on(&self, facet: FacetId, p: DVec3, flat: DVec3) -> Foot {
+        let (point, normal) = self.facets[facet].nearest(p, flat);
         Foot {
             point,
             normal,
@@ -233,8 +233,13 @@ impl<'a> Medial<'a> {
 
     /// The nearest points on the two sides of a wall.
     pub fn feet(&self, p: DVec3, wall: WallId) -> Option<[Foot; 2]> {
+        self.feet_from(p, wall, &mut Hints::default())
+    }
+
+    fn feet_from(&self, p: DVec3, wall: WallId, hints: &mut Hints) -> Option<[Foot; 2]> {
         let [a, b] = &self.sides[wall];
-        Some([self.foot(a, p)?, self.foot(b, p)?])
+        let [first, second] = hints;
+        Some([self.foot(a, p, first)?, self.foot(b, p, second)?])
     }
 
     /// Distance to the first side less distance to the second: zero at a mid-point.
@@ -249,10 +254,15 @@ impl<'a> Medial<'a> {
     }
 
     /// The tangent plane of what a point must lie on, and how far beyond its end the point is.
-    fn plane(&self, p: DVec3, support: Support) -> Option<((DVec3, f64), f64)> {
+    fn plane(
+        &self,
+        p: DVec3,
+        support: Support,
+        hints: &mut Hints,
+    ) -> Option<((DVec3, f64), f64)> {
         match support {
             Support::Mid(wall) => {
-                let [a, b] = self.feet(p, wall)?;
+                let [a, b] = self.feet_from(p, wall, hints)?;
                 let across = a.normal - b.normal;
                 let length = across.length();
                 let beyond = a.beyond(p).min(b.beyond(p));
@@ -262,7 +272,8 @@ impl<'a> Medial<'a> {
                 })
             }
             Support::Face(face) => {
-                let foot = self.foot(&self.rims[self.rim_surface[face] as usize], p)?;
+                let rim = &self.rims[self.rim_surface[face] as usize];
+                let foot = self.foot(rim, p, &mut hints[0])?;
                 Some(((foot.normal, foot.depth(p)), foot.beyond(p)))
             }
         }
@@ -281,14 +292,17 @@ impl Placer for Medial<'_> {
         let scale = walls.fold(0.0, f64::max);
         let scale = if scale > 0.0 { scale } else { self.typical };
         let mut p = start;
-        let mut planes: smallvec::SmallVec<[(DVec3, f64); 4]> = smallvec::SmallVec::new();
+        let mut planes: SmallVec<[(DVec3, f64); 4]> = SmallVec::new();
+        let mut hints: SmallVec<[Hints; 4]> = smallvec::smallvec![Hints::default(); supports.len()];
         let mut allowed = None;
         for _ in 0..STEPS {
             planes.clear();
             let mut beyond = 0.0f64;
-            for (plane, end) in supports.iter().filter_map(|&s| self.plane(p, s)) {
-                planes.push(plane);
-                beyond = beyond.max(end);
+            for (&support, hints) in supports.iter().zip(&mut hints) {
+                if let Some((plane, end)) = self.plane(p, support, hints) {
+                    planes.push(plane);
+                    beyond = beyond.max(end);
+                }
             }
             if beyond > *allowed.get_or_insert(beyond.max(REACH * scale)) {
                 return start;
@@ -333,6 +347,34 @@ impl Placer for Medial<'_> {
             2.0 * r.min(s)
         }
     }
+}
+
+/// The bent facets that share a corner with each facet, each once.
+fn bent_neighbours(
+    brep: &Brep,
+    facets: &IndexVec<FacetId, ReadyFacet>,
+) -> IndexVec<FacetId, Vec<FacetId>> {
+    let mut at: IndexVec<VertexId, Vec<FacetId>> =
+        IndexVec::filled(Vec::new(), brep.vertices.len());
+    for (id, f) in brep.facets.enumerated() {
+        if facets[id].sag() > 0.0 {
+            for v in f.corners {
+                at[v].push(id);
+            }
+        }
+    }
+    brep.facets
+        .enumerated()
+        .map(|(id, f)| {
+            let mut near: Vec<FacetId> = Vec::new();
+            for &other in f.corners.iter().flat_map(|&v| &at[v]) {
+                if other != id && !near.contains(&other) {
+                    near.push(other);
+                }
+            }
+            near
+        })
+        .collect()
 }
 
 #[cfg(test)]
