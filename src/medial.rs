@@ -30,6 +30,8 @@ const LEAST_OPPOSITION: f64 = 0.5;
 
 /// A point this near to its foot, in edge lengths, lies on the surface: which way the rest points is rounding.
 const ON_SURFACE: f64 = 1e-9;
+/// Nodes this near to a common plane, as a share of their largest coordinate, lie in it: CAD files know their own points no better than to 1e-7 mm.
+const IN_PLANE: f64 = 1e-9;
 /// A six-node facet leaves its flat triangle by at most this many times its sag: the three mid-side shape functions sum up to this.
 const BULGE: f64 = 4.0 / 3.0;
 /// A foot is plumb within this sine; far above rounding, far below what a wrong facet gives.
@@ -38,6 +40,29 @@ const PLUMB: f64 = 1e-6;
 /// Where the last searches on one or two surfaces ended.
 type Hints = [Option<Hint>; 2];
 
+/// A plane, and which side of it is material: below the normal.
+#[derive(Clone, Copy, Debug)]
+struct Plane {
+    normal: DVec3,
+    offset: f64,
+}
+
+impl Plane {
+    /// Distance of `p` below the plane.
+    #[inline]
+    fn depth(&self, p: DVec3) -> f64 {
+        self.offset - self.normal.dot(p)
+    }
+}
+
+/// What a placing knows of one of its supports from the steps before.
+#[derive(Clone, Copy, Debug, Default)]
+struct Known {
+    hints: Hints,
+    /// The point lies beyond the end by at most this, where that is known.
+    beyond: Option<f64>,
+}
+
 /// A set of facets with its hierarchy.
 #[derive(Clone, Debug, Default)]
 struct Surface {
@@ -45,6 +70,8 @@ struct Surface {
     facets: Vec<FacetId>,
     /// Sorted.
     faces: Vec<FaceId>,
+    /// The plane of all its facets, if they have one: then its tangent planes need no search.
+    plane: Option<Plane>,
 }
 
 /// The nearest point of a surface.
@@ -115,6 +142,7 @@ impl<'a> Medial<'a> {
             let corners: Vec<[DVec3; 3]> = facets.iter().map(|&f| brep.corners(f)).collect();
             Surface {
                 bvh: TriangleBvh::new(&corners),
+                plane: common_plane(brep, &facets),
                 facets,
                 faces,
             }
@@ -253,31 +281,94 @@ impl<'a> Medial<'a> {
         self.thickness[wall]
     }
 
-    /// The tangent plane of what a point must lie on, and how far beyond its end the point is.
+    /// The planes of the two sides of a wall, where both are flat.
+    fn planes(&self, wall: WallId) -> Option<[Plane; 2]> {
+        let [a, b] = &self.sides[wall];
+        Some([a.plane?, b.plane?])
+    }
+
+    /// The tangent plane of what a point must lie on, and how far beyond its end the point is; where the surface is flat and the end within
+    /// `room`, only some bound on that.
     fn plane(
         &self,
         p: DVec3,
         support: Support,
-        hints: &mut Hints,
+        known: &mut Known,
+        room: f64,
     ) -> Option<((DVec3, f64), f64)> {
         match support {
             Support::Mid(wall) => {
-                let [a, b] = self.feet_from(p, wall, hints)?;
-                let across = a.normal - b.normal;
-                let length = across.length();
+                if let Some([a, b]) = self.planes(wall)
+                    && let Some(beyond) = within(&self.sides[wall][0], a, p, known, room)
+                {
+                    return middle([a.normal, b.normal], [a.depth(p), b.depth(p)], beyond);
+                }
+                let [a, b] = self.feet_from(p, wall, &mut known.hints)?;
                 let beyond = a.beyond(p).min(b.beyond(p));
-                (length > LEAST_OPPOSITION).then(|| {
-                    let plane = (across / length, (a.depth(p) - b.depth(p)) / length);
-                    (plane, beyond)
-                })
+                middle([a.normal, b.normal], [a.depth(p), b.depth(p)], beyond)
             }
             Support::Face(face) => {
                 let rim = &self.rims[self.rim_surface[face] as usize];
-                let foot = self.foot(rim, p, &mut hints[0])?;
+                if let Some(plane) = rim.plane
+                    && let Some(beyond) = within(rim, plane, p, known, room)
+                {
+                    return Some(((plane.normal, plane.depth(p)), beyond));
+                }
+                let foot = self.foot(rim, p, &mut known.hints[0])?;
                 Some(((foot.normal, foot.depth(p)), foot.beyond(p)))
             }
         }
     }
+}
+
+/// The middle between two tangent planes, if they oppose each other.
+fn middle(normals: [DVec3; 2], depths: [f64; 2], beyond: f64) -> Option<((DVec3, f64), f64)> {
+    let across = normals[0] - normals[1];
+    let length = across.length();
+    (length > LEAST_OPPOSITION).then(|| {
+        let plane = (across / length, (depths[0] - depths[1]) / length);
+        (plane, beyond)
+    })
+}
+
+/// A bound on how far beyond the end of a flat surface the point is, if there is one up to `room`.
+fn within(surface: &Surface, plane: Plane, p: DVec3, known: &mut Known, room: f64) -> Option<f64> {
+    if known.beyond.is_none_or(|d| d > room) {
+        let below = p + plane.normal * plane.depth(p);
+        known.beyond = surface.bvh.any_within(below, room);
+    }
+    known.beyond
+}
+
+/// The plane that all nodes of the facets lie in, if there is one.
+fn common_plane(brep: &Brep, facets: &[FacetId]) -> Option<Plane> {
+    let area = |f: FacetId| {
+        let [a, b, c] = brep.corners(f);
+        (b - a).cross(c - a)
+    };
+    let normal = facets
+        .iter()
+        .map(|&f| area(f))
+        .sum::<DVec3>()
+        .try_normalize()?;
+    let nodes = || {
+        facets.iter().flat_map(|&f| {
+            let mids = brep.facets[f].mids;
+            brep.corners(f).into_iter().chain(mids)
+        })
+    };
+    let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
+    for p in nodes() {
+        let along = normal.dot(p);
+        low = low.min(along);
+        high = high.max(along);
+    }
+    let size = nodes().map(|p| p.abs().max_element()).fold(0.0, f64::max);
+    let one_way = facets.iter().all(|&f| area(f).dot(normal) >= 0.0);
+    (one_way && high - low <= IN_PLANE * size).then(|| Plane {
+        normal,
+        offset: (low + high) / 2.0,
+    })
 }
 
 impl Placer for Medial<'_> {
@@ -293,13 +384,14 @@ impl Placer for Medial<'_> {
         let scale = if scale > 0.0 { scale } else { self.typical };
         let mut p = start;
         let mut planes: SmallVec<[(DVec3, f64); 4]> = SmallVec::new();
-        let mut hints: SmallVec<[Hints; 4]> = smallvec::smallvec![Hints::default(); supports.len()];
+        let mut known: SmallVec<[Known; 4]> = smallvec::smallvec![Known::default(); supports.len()];
         let mut allowed = None;
         for _ in 0..STEPS {
             planes.clear();
             let mut beyond = 0.0f64;
-            for (&support, hints) in supports.iter().zip(&mut hints) {
-                if let Some((plane, end)) = self.plane(p, support, hints) {
+            let room = allowed.unwrap_or(REACH * scale);
+            for (&support, known) in supports.iter().zip(&mut known) {
+                if let Some((plane, end)) = self.plane(p, support, known, room) {
                     planes.push(plane);
                     beyond = beyond.max(end);
                 }
@@ -309,6 +401,9 @@ impl Placer for Medial<'_> {
             }
             let step = planes::meet(&planes).clamp_length_max(scale);
             p += step;
+            for bound in known.iter_mut().filter_map(|k| k.beyond.as_mut()) {
+                *bound += step.length();
+            }
             if (p - start).length() > LEASH * scale {
                 return start + (p - start).clamp_length_max(LEASH * scale);
             }
@@ -320,11 +415,17 @@ impl Placer for Medial<'_> {
     }
 
     fn normal(&self, point: DVec3, wall: WallId) -> Option<DVec3> {
+        if let Some([a, b]) = self.planes(wall) {
+            return (a.normal - b.normal).try_normalize();
+        }
         let [a, b] = self.feet(point, wall)?;
         (a.normal - b.normal).try_normalize()
     }
 
     fn thickness(&self, point: DVec3, wall: WallId) -> Option<f64> {
+        if let Some([a, b]) = self.planes(wall) {
+            return Some(a.depth(point) + b.depth(point));
+        }
         let [a, b] = self.feet(point, wall)?;
         Some(a.depth(point) + b.depth(point))
     }
@@ -335,6 +436,9 @@ impl Placer for Medial<'_> {
     }
 
     fn curvature_radius(&self, point: DVec3, wall: WallId) -> f64 {
+        if self.planes(wall).is_some() {
+            return f64::INFINITY;
+        }
         let Some([a, b]) = self.feet(point, wall) else {
             return f64::INFINITY;
         };

@@ -202,6 +202,31 @@ impl TriangleBvh {
         self.search(p, f64::INFINITY, hint, |_| true)
     }
 
+    /// The distance of some triangle that is at most `radius` away, not always the nearest: faster than a search for that.
+    pub fn any_within(&self, p: DVec3, radius: f64) -> Option<f64> {
+        let q = p - self.centre;
+        let limit = radius * radius;
+        let root = self.nodes.first()?;
+        let mut stack: SmallVec<[(f64, u32); 64]> = SmallVec::new();
+        stack.push((root.distance_squared(q), 0));
+        while let Some((_, at)) = stack.pop() {
+            let node = &self.nodes[at as usize];
+            for k in node.first..node.first + node.count {
+                let d2 = nearest_on_triangle(self.triangles[k as usize], p).distance_squared(p);
+                if d2 <= limit {
+                    return Some(d2.sqrt());
+                }
+            }
+            if node.count == 0 {
+                let near = |i: u32| (self.nodes[i as usize].distance_squared(q), i);
+                let (a, b) = (near(node.first), near(node.first + 1));
+                let (near, far) = if a.0 <= b.0 { (a, b) } else { (b, a) };
+                stack.extend([far, near].into_iter().filter(|c| c.0 <= limit * SLACK));
+            }
+        }
+        None
+    }
+
     #[inline]
     fn search(
         &self,
@@ -426,6 +451,10 @@ mod tests {
                 let (i, d2) = brute_nearest(&t, p);
                 let near = bvh.nearest(p).unwrap();
                 assert_eq!((near.index, near.distance), (i, d2.sqrt()));
+                let within = |radius| bvh.any_within(p, radius);
+                let reach = near.distance * (1.0 + 1e-9);
+                assert!(within(reach).is_some_and(|d| d >= near.distance && d <= reach));
+                assert!(near.distance == 0.0 || within(near.distance * (1.0 - 1e-9)).is_none());
                 let elsewhere = bvh.nearest(p.yzx()).unwrap().hint;
                 assert_eq!(bvh.nearest_from(p, Some(elsewhere)), Some(near));
                 let d = DVec3::new(rng.unit(), rng.unit(), rng.unit()) - 0.5;

@@ -56,7 +56,10 @@ impl ReadyFacet {
         }
         let start = flat_parameters(self.corners, flat);
         let w = nearest_parameters(&self.curved, &self.corners, &self.sags, p, start);
-        (self.curved.at(w), unit_normal(&self.curved, &self.corners, w))
+        (
+            self.curved.at(w),
+            unit_normal(&self.curved, &self.corners, w),
+        )
     }
 }
 

@@ -35,6 +35,7 @@ mod shape;
 mod sizes;
 mod smooth;
 mod split;
+mod still;
 mod strata;
 mod strips;
 mod surface;
