@@ -27,6 +27,7 @@
 mod caps;
 mod contract;
 mod flip;
+mod forks;
 mod guide;
 mod job;
 mod knots;
@@ -35,12 +36,14 @@ mod shape;
 mod sizes;
 mod smooth;
 mod split;
+mod spurs;
 mod still;
 mod strata;
 mod strips;
 mod surface;
 #[cfg(test)]
 mod tests;
+mod zip;
 
 use crate::geom::orient::orient;
 use crate::geom::placer::Placer;
