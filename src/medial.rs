@@ -4,6 +4,8 @@
 //! neighbour wall never interferes. Beyond the end of a side (under a rib, past a corner) the tangent plane at its last point goes on: with
 //! that one rule a plate stays flat under its rib, sheets extend until they meet, and a rim comes to lie on its lateral face.
 
+mod memory;
+
 use crate::geom::placer::Placer;
 use crate::geom::planes;
 use crate::geom::six_node::{self, ReadyFacet};
@@ -14,6 +16,7 @@ use crate::model::ids::{FaceId, FacetId, IndexVec, VertexId, WallId};
 use crate::model::walls::{Aag, Convexity, Pairing};
 use crate::spatial::{Hint, TriangleBvh};
 use glam::DVec3;
+use memory::Memory;
 use smallvec::SmallVec;
 
 /// Steps of the placing iteration: it converges quadratically on smooth walls; the rest guards against cycling at edges.
@@ -122,6 +125,7 @@ pub struct Medial<'a> {
     /// Normal curvature of each facet, 1/mm, estimated from its corner normals.
     curvature: IndexVec<FacetId, f64>,
     typical: f64,
+    memory: Memory,
 }
 
 impl<'a> Medial<'a> {
@@ -208,6 +212,7 @@ impl<'a> Medial<'a> {
             bent,
             curvature,
             typical,
+            memory: Memory::new(brep.facets.len()),
         }
     }
 
@@ -261,7 +266,8 @@ impl<'a> Medial<'a> {
 
     /// The nearest points on the two sides of a wall.
     pub fn feet(&self, p: DVec3, wall: WallId) -> Option<[Foot; 2]> {
-        self.feet_from(p, wall, &mut Hints::default())
+        let find = || self.feet_from(p, wall, &mut Hints::default());
+        self.memory.feet(p, wall, find)
     }
 
     fn feet_from(&self, p: DVec3, wall: WallId, hints: &mut Hints) -> Option<[Foot; 2]> {

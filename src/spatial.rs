@@ -15,8 +15,8 @@ use obvhs::bvh2::reinsertion::ReinsertionOptimizer;
 use obvhs::ploc::{PlocBuilder, PlocSearchDistance, SortPrecision};
 use smallvec::SmallVec;
 
-/// A few triangles a leaf: an exact test costs about as much as two boxes.
-const LEAF_SIZE: u32 = 4;
+/// Few triangles a leaf: an exact test costs more than two boxes.
+const LEAF_SIZE: u32 = 2;
 
 /// Boxes are compared with this relative slack, which is far more than the rounding in a squared distance or a slab test.
 const SLACK: f64 = 1.0 + 1e-12;
@@ -147,7 +147,7 @@ impl TriangleBvh {
             2,
         );
         ReinsertionOptimizer::default().run(&mut bvh, 0.02, None);
-        collapse(&mut bvh, LEAF_SIZE, 2.0);
+        collapse(&mut bvh, LEAF_SIZE, 1.0);
         let indices: Vec<u32> = bvh
             .primitive_indices
             .iter()
