@@ -13,6 +13,7 @@ pub use error::PipelineError;
 pub use inspect::inspect;
 pub use report::{RunReport, SolidReport};
 
+use crate::charts;
 use crate::geom::placer::Placer;
 use crate::import::{ImportOptions, Piece, import_cad};
 use crate::medial::Medial;
@@ -134,10 +135,19 @@ fn mesh_solid(
     let field = field(&sizing, &medial);
     let clean = clean(fair, &sizing, &medial, clock);
     dump.complex("clean", &clean)?;
+    let options = RemeshOptions::default();
     let complex = clock.time("remesh", || {
-        remesh::remesh(clean, &field, &medial, &RemeshOptions::default()).0
+        remesh::remesh(clean, &field, &medial, &options).0
     });
     dump.complex("remeshed", &complex)?;
+    let complex = clock.time("charts", || {
+        charts::mesh_charts(&complex, &field, &medial).complex
+    });
+    dump.complex("charted", &complex)?;
+    let complex = clock.time("polish", || {
+        remesh::polish(complex, &field, &medial, &options)
+    });
+    dump.complex("polished", &complex)?;
     let mesh = clock.time("shell", || {
         shell::shell(brep, &found.pairing, &medial, &complex)
     });
