@@ -3,6 +3,7 @@
 //! Real numbers take at most 20 characters, because both solvers read no more of a field; lists have 16 numbers a line at most.
 
 use super::cells::Cell;
+use super::mid_side::MidSides;
 use super::number::{Style, fitted};
 use super::sets::Sets;
 use super::{ExportOptions, number_of, title_line};
@@ -17,20 +18,21 @@ pub(super) struct Deck {
 }
 
 impl Deck {
-    /// Everything before the sections. `types` are the names of triangles and quads.
+    /// Everything before the sections. `types` are the names of triangles and quads; with `mids` they have to be of second order.
     pub fn start(
         solver: &str,
         types: [&str; 2],
         mesh: &ShellMesh,
-        cells: &[Cell],
+        (cells, mids): (&[Cell], &MidSides),
         sets: &Sets,
         options: &ExportOptions<'_>,
     ) -> Self {
         let mut deck = Self { out: String::new() };
-        deck.heading(solver, mesh, cells, options);
-        deck.nodes(mesh);
+        deck.heading(solver, mesh, (cells, mids), options);
+        deck.nodes(mesh, mids);
         for (kind, corners) in types.into_iter().zip([3, 4]) {
-            deck.elements(kind, cells.iter().filter(|c| c.corners.len() == corners));
+            let of_kind = cells.iter().filter(|c| c.corners.len() == corners);
+            deck.elements(kind, of_kind, mids);
         }
         for (name, numbers) in &sets.elements {
             deck.element_set(name, numbers);
@@ -47,7 +49,7 @@ impl Deck {
         &mut self,
         solver: &str,
         mesh: &ShellMesh,
-        cells: &[Cell],
+        (cells, mids): (&[Cell], &MidSides),
         options: &ExportOptions<'_>,
     ) {
         self.line("*HEADING");
@@ -64,6 +66,12 @@ impl Deck {
             "** Units: mm, N, t, s; stress in MPa. Reference surface: the middle (no offset).",
         );
         self.line("** Put your own material and steps after the last line.");
+        if mids.len() > 0 {
+            self.line(&format!(
+                "** {} nodes more, numbered after those of the mesh, lie in the middle of the element sides.",
+                mids.len()
+            ));
+        }
         let split = cells.len() - mesh.elements.len();
         if split > 0 {
             self.line(&format!(
@@ -72,25 +80,24 @@ impl Deck {
         }
     }
 
-    fn nodes(&mut self, mesh: &ShellMesh) {
+    fn nodes(&mut self, mesh: &ShellMesh, mids: &MidSides) {
         self.line("*NODE, NSET=NALL");
-        for (node, p) in mesh.nodes.enumerated() {
+        let corners = mesh.nodes.enumerated().map(|(n, p)| (number_of(n), *p));
+        for (number, p) in corners.chain(mids.points(mesh)) {
             let text = [real(p.x), real(p.y), real(p.z)].join(", ");
-            self.line(&format!("{}, {text}", number_of(node)));
+            self.line(&format!("{number}, {text}"));
         }
     }
 
-    fn elements<'a>(&mut self, kind: &str, cells: impl Iterator<Item = &'a Cell>) {
+    fn elements<'a>(&mut self, kind: &str, cells: impl Iterator<Item = &'a Cell>, mids: &MidSides) {
         for (k, cell) in cells.enumerate() {
             if k == 0 {
                 self.line(&format!("*ELEMENT, TYPE={kind}, ELSET=EALL"));
             }
-            let corners: Vec<String> = cell
-                .corners
-                .iter()
-                .map(|&n| number_of(n).to_string())
-                .collect();
-            self.line(&format!("{}, {}", cell.number, corners.join(", ")));
+            let corners = cell.corners.iter().map(|&n| number_of(n));
+            let numbers = corners.chain(mids.of_cell(cell));
+            let numbers: Vec<String> = numbers.map(|n| n.to_string()).collect();
+            self.line(&format!("{}, {}", cell.number, numbers.join(", ")));
         }
     }
 

@@ -15,6 +15,7 @@ mod cell_set;
 mod cells;
 mod checked;
 mod deck;
+mod mid_side;
 mod msh;
 mod nastran;
 mod number;
