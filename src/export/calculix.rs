@@ -10,6 +10,8 @@
 //! thickness. That makes rigid knots on the far side of this one row of elements, measured to stiffen a cantilever by 0.01 %; a nodal mean would put a 1 mm rib
 //! on a 3 mm plate at 2 mm.
 //!
+//! An element much shorter than it is thick may be turned inside out by its neighbours' normals: it gets its own (see `own_normals`).
+//!
 //! Limits: a load shared out evenly over the nodes of an edge is not a line load for elements of second order (mid-side nodes carry two thirds of it). The deck
 //! has no step.
 //!
@@ -20,6 +22,7 @@ use super::cells::cells;
 use super::checked::sheet_name;
 use super::deck::Deck;
 use super::mid_side::MidSides;
+use super::own_normals::own_normals;
 use super::sections::{by_sheet, clashing_groups, plan};
 use super::sets::sets;
 use crate::model::ids::Id;
@@ -36,6 +39,7 @@ pub(super) fn render(mesh: &ShellMesh, options: &ExportOptions<'_>) -> Vec<u8> {
     let sets = sets(mesh, &cells, &mids);
     let plan = plan(mesh, &cells, &mids);
     let mut deck = Deck::start("CalculiX", types, mesh, (&cells, &mids), &sets, options);
+    deck.normals(&own_normals(mesh, &cells), (&cells, &mids));
     for (sheet, places) in mesh.sheets.ids().zip(by_sheet(mesh, &cells)) {
         let name = sheet_name(sheet);
         let served: Vec<usize> = places

@@ -8,6 +8,7 @@ use super::number::{Style, fitted};
 use super::sets::Sets;
 use super::{ExportOptions, number_of, title_line};
 use crate::model::shell::ShellMesh;
+use glam::DVec3;
 
 /// The name of the material in the deck.
 pub(super) const MATERIAL: &str = "STEEL";
@@ -133,6 +134,26 @@ impl Deck {
         self.line("*NODAL THICKNESS");
         for (number, thickness) in nodal {
             self.line(&format!("{number}, {}", real(*thickness)));
+        }
+    }
+
+    /// Normals of elements at all their nodes: the places of these among `cells`, and a unit vector each.
+    pub fn normals(&mut self, own: &[(usize, DVec3)], (cells, mids): (&[Cell], &MidSides)) {
+        if own.is_empty() {
+            return;
+        }
+        self.line(&format!(
+            "** {} elements much shorter than they are thick have normals of their own.",
+            own.len()
+        ));
+        self.line("*NORMAL");
+        for (place, normal) in own {
+            let cell = &cells[*place];
+            let parts = normal.to_array().map(real).join(", ");
+            let corners = cell.corners.iter().map(|&n| number_of(n));
+            for node in corners.chain(mids.of_cell(cell)) {
+                self.line(&format!("{}, {node}, {parts}", cell.number));
+            }
         }
     }
 

@@ -19,6 +19,7 @@ mod mid_side;
 mod msh;
 mod nastran;
 mod number;
+mod own_normals;
 mod sections;
 mod sets;
 mod vtu;

@@ -61,7 +61,7 @@ fn tip_deflection(text: String, sides: usize) -> f64 {
         };
         (node, DVec3::Z * share / sides as f64)
     });
-    let solved = deck.solve(&clamped, &shares.collect::<Vec<_>>());
+    let solved = deck.solve(&clamped, 6, &shares.collect::<Vec<_>>());
     let sum: f64 = tip.iter().map(|node| solved.displacements[node].z).sum();
     sum / tip.len() as f64
 }

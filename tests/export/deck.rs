@@ -58,14 +58,14 @@ impl Deck {
         }
     }
 
-    /// Holds the clamped nodes in all six directions, puts forces (N) on others, and solves.
-    pub fn solve(&self, clamped: &[usize], forces: &[(usize, DVec3)]) -> Solved {
+    /// Holds the clamped nodes in all six directions or the first three, puts forces (N) on others, and solves.
+    pub fn solve(&self, clamped: &[usize], directions: usize, forces: &[(usize, DVec3)]) -> Solved {
         let mut text = self.text.clone();
         text += "*NSET, NSET=CLAMPED\n";
         for node in clamped {
             text += &format!("{node},\n");
         }
-        text += "*BOUNDARY\nCLAMPED, 1, 6\n*STEP\n*STATIC\n*CLOAD\n";
+        text += &format!("*BOUNDARY\nCLAMPED, 1, {directions}\n*STEP\n*STATIC\n*CLOAD\n");
         for (node, force) in forces {
             for (k, part) in force.to_array().into_iter().enumerate() {
                 if part != 0.0 {
