@@ -21,6 +21,9 @@ MET := mesh::bspline_shell \
 	mesh::y_plates \
 	mesh::z_bend
 
+# The fixtures whose mesh has elements without area, which no solver takes (the audit says so, with status 1).
+UNSOLVED := egg_crate ribs_crossing x_cross
+
 .PHONY: all demo test fixtures check clean
 
 all: demo
@@ -34,12 +37,13 @@ demo: .venv/.run-ready
 
 test: .venv/.test-ready
 	tools/with-tools.sh cargo test --locked --no-fail-fast --lib --bins \
-		--test architecture --test bad_input --test cli --test export --test import
+		--test architecture --test bad_input --test cli --test import
+	tools/with-tools.sh cargo test --locked --no-fail-fast --test export -- $(addprefix --skip fixture_decks::,$(UNSOLVED))
 	tools/with-tools.sh cargo test --locked --no-fail-fast --test fixtures -- solid:: ideal:: defect:: $(MET)
 
 # Every fixture, moved, scaled, reordered and threaded too: not all of them pass yet, see the State table of the README.
 fixtures: .venv/.test-ready
-	tools/with-tools.sh cargo test --locked --no-fail-fast --test fixtures
+	tools/with-tools.sh cargo test --locked --no-fail-fast --test fixtures --test export
 
 check:
 	.ci/run
