@@ -5,15 +5,18 @@
 //! that one rule a plate stays flat under its rib, sheets extend until they meet, and a rim comes to lie on its lateral face. At the inner edge of
 //! a step the side does not end: there the distance is that to the edge, and the mid-surface climbs along a parabola.
 
+mod corner;
+
 use crate::geom::placer::Placer;
 use crate::geom::planes;
 use crate::geom::six_node::{self, nearest_on_quadratic};
 use crate::geom::triangle::nearest_on_triangle;
 use crate::model::brep::Brep;
 use crate::model::complex::Support;
-use crate::model::ids::{FaceId, FacetId, Id, IndexVec, VertexId, WallId};
+use crate::model::ids::{FaceId, FacetId, IndexVec, VertexId, WallId};
 use crate::model::walls::{Aag, Convexity, Pairing};
 use crate::spatial::TriangleBvh;
+use corner::InnerEdges;
 use glam::DVec3;
 
 /// Steps of the placing iteration: it converges quadratically on smooth walls; the rest guards against cycling at edges.
@@ -40,8 +43,7 @@ struct Surface {
     facets: Vec<FacetId>,
     /// Sorted.
     faces: Vec<FaceId>,
-    /// Inner edges of steps, where the surface goes on round a corner of the material: the ends of their segments, the lower first, sorted.
-    inner_edges: Vec<[VertexId; 2]>,
+    inner_edges: InnerEdges,
 }
 
 /// The nearest point of a surface.
@@ -121,7 +123,7 @@ impl<'a> Medial<'a> {
             Surface {
                 bvh: TriangleBvh::new(&corners),
                 facets,
-                inner_edges: inner_edges(brep, aag, &faces),
+                inner_edges: InnerEdges::new(brep, aag, &faces),
                 faces,
             }
         };
@@ -222,60 +224,7 @@ impl<'a> Medial<'a> {
                 }
             }
         }
-        Some(self.round_corner(surface, nearest, p))
-    }
-
-    /// A foot on an inner edge looks straight at the point: there the distance is that to the edge, not to a facet's plane.
-    fn round_corner(&self, surface: &Surface, foot: Foot, p: DVec3) -> Foot {
-        if surface.inner_edges.is_empty() {
-            return foot;
-        }
-        let corners = self.brep.facets[foot.facet].corners;
-        let size = (0..3)
-            .map(|k| {
-                self.brep.vertices[corners[k]].distance(self.brep.vertices[corners[(k + 1) % 3]])
-            })
-            .fold(0.0, f64::max);
-        let (mut at_end, mut along) = (None, None);
-        for k in 0..3 {
-            let (u, v) = (corners[k], corners[(k + 1) % 3]);
-            let [a, b] = [u, v].map(|n| self.brep.vertices[n]);
-            if foot.point.distance(a) <= FLAT * size {
-                at_end = Some(u);
-            }
-            let d = b - a;
-            let t = (foot.point - a).dot(d) / d.length_squared().max(f64::MIN_POSITIVE);
-            let off = foot.point.distance(a + d * t.clamp(0.0, 1.0));
-            if off <= self.sag[foot.facet] + FLAT * size
-                && surface
-                    .inner_edges
-                    .binary_search(&[u.min(v), u.max(v)])
-                    .is_ok()
-            {
-                along = Some(d);
-            }
-        }
-        let mut look = foot.point - p;
-        if let Some(v) = at_end {
-            let mut ends = surface.inner_edges.iter().filter(|e| e.contains(&v));
-            match (ends.next(), ends.next()) {
-                (None, _) => return foot,
-                // The edge ends here, at a rim: beyond it goes on straight.
-                (Some(&[a, b]), None) => {
-                    let d = (self.brep.vertices[b] - self.brep.vertices[a]).normalize_or_zero();
-                    look -= d * look.dot(d);
-                }
-                (Some(_), Some(_)) => {}
-            }
-        } else if along.is_none() {
-            return foot;
-        }
-        Foot {
-            normal: look
-                .try_normalize()
-                .map_or(foot.normal, |n| n * n.dot(foot.normal).signum()),
-            ..foot
-        }
+        Some(nearest)
     }
 
     fn foot_on(&self, facet: FacetId, p: DVec3) -> Foot {
@@ -291,7 +240,11 @@ impl<'a> Medial<'a> {
     /// The nearest points on the two sides of a wall.
     pub fn feet(&self, p: DVec3, wall: WallId) -> Option<[Foot; 2]> {
         let [a, b] = &self.sides[wall];
-        Some([self.foot(a, p)?, self.foot(b, p)?])
+        let (first, second) = (self.foot(a, p)?, self.foot(b, p)?);
+        Some([
+            a.inner_edges.rounded(self.brep, first, p),
+            b.inner_edges.rounded(self.brep, second, p),
+        ])
     }
 
     /// Distance to the first side less distance to the second: zero at a mid-point.
@@ -324,21 +277,6 @@ impl<'a> Medial<'a> {
             }
         }
     }
-}
-
-/// The segments of all concave curves between two faces of a sorted list.
-fn inner_edges(brep: &Brep, aag: &Aag, faces: &[FaceId]) -> Vec<[VertexId; 2]> {
-    let within = |f: &FaceId| faces.binary_search(f).is_ok();
-    let mut edges: Vec<[VertexId; 2]> = aag
-        .arcs
-        .iter()
-        .filter(|a| a.convexity == Convexity::Concave && a.faces.iter().all(within))
-        .filter_map(|a| brep.curves.as_slice().get(a.curve.index()))
-        .flat_map(|c| c.segments.iter().map(|&[u, v]| [u.min(v), u.max(v)]))
-        .collect();
-    edges.sort_unstable();
-    edges.dedup();
-    edges
 }
 
 impl Placer for Medial<'_> {
@@ -385,6 +323,11 @@ impl Placer for Medial<'_> {
     fn thickness(&self, point: DVec3, wall: WallId) -> Option<f64> {
         let [a, b] = self.feet(point, wall)?;
         Some(a.depth(point) + b.depth(point))
+    }
+
+    fn beyond(&self, point: DVec3, wall: WallId) -> f64 {
+        self.feet(point, wall)
+            .map_or(f64::INFINITY, |[a, b]| a.beyond(point).max(b.beyond(point)))
     }
 
     fn curvature_radius(&self, point: DVec3, wall: WallId) -> f64 {
