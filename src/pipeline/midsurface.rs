@@ -15,7 +15,7 @@ use crate::model::tet_graph::TetGraph;
 use crate::model::walls::{Aag, Pairing};
 use crate::stage::assess::{Assessment, assess};
 use crate::stage::pair::PairOptions;
-use crate::stage::{adjacency, collapse, decompose, extract, pair, role, unite, widen};
+use crate::stage::{adjacency, collapse, decompose, extract, pair, prune, role, unite, widen};
 
 /// Least widths of a wall that are tried, in thicknesses, the literature's first.
 const WIDTHS: [f64; 3] = [1.0, 0.5, 0.25];
@@ -157,6 +157,8 @@ fn candidate(
     let (complex, pairing) = clock.time("unite", || {
         let (complex, pairing) = unite::unite(complex, pairing, &medial);
         let medial = Medial::new(brep, aag, &pairing);
+        let complex = extract::place(complex, &medial);
+        let (complex, _) = prune::prune(complex, &medial);
         (extract::place(complex, &medial), pairing)
     });
     fault("unite", pairing.check().first())?;

@@ -27,6 +27,7 @@
 mod caps;
 mod contract;
 mod flip;
+mod forks;
 mod guide;
 mod job;
 mod knots;
@@ -35,11 +36,13 @@ mod shape;
 mod sizes;
 mod smooth;
 mod split;
+mod spurs;
 mod strata;
 mod strips;
 mod surface;
 #[cfg(test)]
 mod tests;
+mod zip;
 
 use crate::geom::orient::orient;
 use crate::geom::placer::Placer;
