@@ -57,7 +57,8 @@ impl InnerEdges {
     fn along(&self, brep: &Brep, facet: FacetId, point: DVec3) -> Option<DVec3> {
         let facet = &brep.facets[facet];
         let place = |v: VertexId| brep.vertices[v];
-        let sides = [0, 1, 2].map(|k| (facet.corners[k], facet.corners[(k + 1) % 3], facet.mids[k]));
+        let sides =
+            [0, 1, 2].map(|k| (facet.corners[k], facet.corners[(k + 1) % 3], facet.mids[k]));
         let size = sides
             .iter()
             .map(|&(u, v, _)| place(u).distance(place(v)))

@@ -6,11 +6,10 @@
 //!
 //! A riser joins two paired faces, faces no mate itself, and lies at heights above the opposite side between the two thicknesses. A lateral face reaches down to
 //! the opposite side, a rib or a ridge rises above the thicker wall, a groove goes below the thinner one: none of these is a riser. Where the thickness more
-//! than doubles nothing is said: the thin wall then ends at a block.
+//! than trebles nothing is said: the thin wall then ends at a block.
 //!
 //! Cost: one nearest-point query a vertex of every unpaired face beside a paired one.
 
-use super::gates::PairOptions;
 use super::walls::other;
 use crate::model::brep::Brep;
 use crate::model::ids::{FaceId, FacetId, IndexVec};
@@ -19,6 +18,8 @@ use crate::spatial::TriangleBvh;
 use glam::DVec3;
 use std::collections::BTreeMap;
 
+/// Greatest ratio of the two thicknesses: beyond it the thin wall ends at a block.
+const GREATEST_RATIO: f64 = 3.0;
 /// Heights may leave the range of the two thicknesses by this share: chords of curved facets do.
 const SLACK: f64 = 0.05;
 /// A joggle leaves at least this share of the thickness between its two inner edges, and rises by as much at most: what is left is a wall still.
@@ -72,14 +73,14 @@ pub(super) fn steps(
         surfaces: BTreeMap::new(),
         heights: BTreeMap::new(),
     };
-    let most = PairOptions::default().soft_thickness * (1.0 + SLACK);
+    let most = GREATEST_RATIO * (1.0 + SLACK);
     let mut found = Vec::new();
     for (i, p) in pairs.iter().enumerate() {
         let t = p.thickness[1];
         for a in p.faces {
             let b = other(p, a);
             // All that may be reached at all, then each goal under its own limits.
-            let range = [LEAST_NECK * t, most * t];
+            let range = [(t / most).min(LEAST_NECK * t), most * t];
             for c in search.goals(a, b, range) {
                 for &j in &of_face[c] {
                     let q = &pairs[j as usize];
