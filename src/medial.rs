@@ -2,7 +2,10 @@
 //!
 //! A mid-point has equal distance to both sides of its wall. Distances are to the six-node facets of that wall's faces only, so that a
 //! neighbour wall never interferes. Beyond the end of a side (under a rib, past a corner) the tangent plane at its last point goes on: with
-//! that one rule a plate stays flat under its rib, sheets extend until they meet, and a rim comes to lie on its lateral face.
+//! that one rule a plate stays flat under its rib, sheets extend until they meet, and a rim comes to lie on its lateral face. At the inner edge of
+//! a step the side does not end: there the distance is that to the edge, and the mid-surface climbs along a parabola.
+
+mod corner;
 
 mod memory;
 
@@ -15,6 +18,7 @@ use crate::model::complex::Support;
 use crate::model::ids::{FaceId, FacetId, IndexVec, VertexId, WallId};
 use crate::model::walls::{Aag, Convexity, Pairing};
 use crate::spatial::{Hint, TriangleBvh};
+use corner::InnerEdges;
 use glam::DVec3;
 use memory::Memory;
 use smallvec::SmallVec;
@@ -75,6 +79,7 @@ struct Surface {
     faces: Vec<FaceId>,
     /// The plane of all its facets, if they have one: then its tangent planes need no search.
     plane: Option<Plane>,
+    inner_edges: InnerEdges,
 }
 
 /// The nearest point of a surface.
@@ -148,6 +153,7 @@ impl<'a> Medial<'a> {
                 bvh: TriangleBvh::new(&corners),
                 plane: common_plane(brep, &facets),
                 facets,
+                inner_edges: InnerEdges::new(brep, aag, &faces),
                 faces,
             }
         };
@@ -273,7 +279,11 @@ impl<'a> Medial<'a> {
     fn feet_from(&self, p: DVec3, wall: WallId, hints: &mut Hints) -> Option<[Foot; 2]> {
         let [a, b] = &self.sides[wall];
         let [first, second] = hints;
-        Some([self.foot(a, p, first)?, self.foot(b, p, second)?])
+        let (first, second) = (self.foot(a, p, first)?, self.foot(b, p, second)?);
+        Some([
+            a.inner_edges.rounded(self.brep, first, p),
+            b.inner_edges.rounded(self.brep, second, p),
+        ])
     }
 
     /// Distance to the first side less distance to the second: zero at a mid-point.

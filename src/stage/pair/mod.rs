@@ -9,6 +9,7 @@
 
 mod gates;
 mod peaks;
+mod risers;
 mod sight;
 mod walls;
 
