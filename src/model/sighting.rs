@@ -16,4 +16,29 @@ pub struct Sighting {
     pub area: f64,
     /// Face seen across a wall and its distance, mm; `None` where the far side is not antiparallel.
     pub across: Option<(FaceId, f64)>,
+    /// How far the wall goes on round the mid-point of this look; zero where it sees none.
+    pub extent: Extent,
+}
+
+/// Least widths of a wall round one point of its middle, in thicknesses there, up to two, by what ends it; and the greatest.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Extent {
+    /// Between two free ends: the section of a bar, of a web between two holes.
+    pub bar: f64,
+    /// Between material of another thickness at both ends: the bottom of a groove.
+    pub neck: f64,
+    /// Between a free end and other material, or further than was looked: a rib, a flange.
+    pub rib: f64,
+    /// The greatest in any direction.
+    pub most: f64,
+}
+
+impl Extent {
+    /// A wall whose ends are out of reach.
+    pub const WIDE: Self = Self {
+        bar: 2.0,
+        neck: 2.0,
+        rib: 2.0,
+        most: 2.0,
+    };
 }

@@ -1,7 +1,7 @@
 //! The gates: which faces that see each other across material are a pair.
 
 use crate::model::ids::{FaceId, IndexVec, WallId};
-use crate::model::sighting::Sighting;
+use crate::model::sighting::{Extent, Sighting};
 use crate::model::walls::{Aag, FacePair};
 
 /// What a pair must show.
@@ -10,6 +10,11 @@ pub struct PairOptions {
     /// Least width of the narrower face, in thicknesses. The literature's wall has a width of more than once to twice its thickness;
     /// less lets narrow ribs in, at the risk of taking lateral faces for walls.
     pub least_width: f64,
+    /// Least share of what is seen where the wall is wide enough, unless it is a large patch.
+    pub wide: f64,
+    /// A face narrower than `least_width` still is the side of a wall of which it sees this share: a broad wall may be made of narrow
+    /// faces; a fillet sees the far side from a third of itself.
+    pub whole: f64,
     /// Least share of the smaller face that must be seen.
     pub least_overlap: f64,
     /// Least share of a face that all its pairs together must see for it to be a wall side, unless they see a large patch.
@@ -26,6 +31,8 @@ impl Default for PairOptions {
     fn default() -> Self {
         Self {
             least_width: 1.0,
+            wide: 0.5,
+            whole: 0.6,
             least_overlap: 0.03,
             least_cover: 0.3,
             large_patch: 9.0,
@@ -35,12 +42,30 @@ impl Default for PairOptions {
     }
 }
 
+/// A wall is wider than this in one direction at least: the diagonal of a cube is not.
+const LEAST_LENGTH: f64 = 1.5;
+/// Of a bar the thinner direction is the wall's. Its two directions differ by more than this, the eight directions' error.
+const BAR: f64 = 1.1;
+
+impl PairOptions {
+    /// Whether the wall round a point is wide enough. A rib may be narrow, since it has a free end. A neck may not, it is part of the
+    /// thicker wall; nor may a bar, it is a wall in the other direction, except where plates perforated so densely are wanted.
+    fn is_wide(&self, extent: &Extent) -> bool {
+        extent.most > LEAST_LENGTH
+            && extent.rib > self.least_width
+            && extent.neck > self.least_width.max(1.0)
+            && extent.bar > BAR.min(2.0 * BAR * self.least_width)
+    }
+}
+
 /// What one face sees of another.
 #[derive(Clone, Debug)]
 struct View {
     from: FaceId,
     to: FaceId,
     area: f64,
+    /// Of it, where the wall is wide enough round about.
+    wide: f64,
     /// Ascending.
     distances: Vec<f64>,
 }
@@ -49,18 +74,30 @@ impl View {
     fn median(&self) -> f64 {
         self.distances[self.distances.len() / 2]
     }
+
+    fn is_wide(&self, options: &PairOptions) -> bool {
+        let d = self.median();
+        self.wide > options.wide * self.area || self.wide > options.large_patch * d * d
+    }
 }
 
 /// All pairs, sorted by faces. Their wall is not yet known.
 pub(super) fn pairs(aag: &Aag, sightings: &[Sighting], options: &PairOptions) -> Vec<FacePair> {
-    let views = views(sightings);
+    let views = views(sightings, options);
     let width = |f: FaceId| 2.0 * aag.area[f] / aag.perimeter[f].max(f64::MIN_POSITIVE);
+    let seen = |f: FaceId, g: FaceId| find(&views, f, g).map_or(0.0, |v| v.area);
     let mut accepted: Vec<&View> = views
         .iter()
         .filter(|v| {
             let (f, g) = (v.from, v.to);
+            let whole = |f: FaceId, g: FaceId| {
+                width(f) > options.least_width * v.median()
+                    || seen(f, g) > options.whole * aag.area[f]
+            };
             f != g
-                && width(f).min(width(g)) > options.least_width * v.median()
+                && v.is_wide(options)
+                && whole(f, g)
+                && whole(g, f)
                 && v.area > options.least_overlap * aag.area[f].min(aag.area[g])
         })
         .collect();
@@ -147,10 +184,13 @@ fn complement<'a>(
         .collect()
 }
 
-fn views(sightings: &[Sighting]) -> Vec<View> {
-    let mut seen: Vec<(FaceId, FaceId, f64, f64)> = sightings
+fn views(sightings: &[Sighting], options: &PairOptions) -> Vec<View> {
+    let mut seen: Vec<(FaceId, FaceId, f64, f64, bool)> = sightings
         .iter()
-        .filter_map(|s| s.across.map(|(to, d)| (s.from, to, d, s.area)))
+        .filter_map(|s| {
+            s.across
+                .map(|(to, d)| (s.from, to, d, s.area, options.is_wide(&s.extent)))
+        })
         .collect();
     seen.sort_by(|a, b| (a.0, a.1).cmp(&(b.0, b.1)).then(a.2.total_cmp(&b.2)));
     seen.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1))
@@ -158,9 +198,17 @@ fn views(sightings: &[Sighting]) -> Vec<View> {
             from: run[0].0,
             to: run[0].1,
             area: run.iter().map(|s| s.3).sum(),
+            wide: run.iter().filter(|s| s.4).map(|s| s.3).sum(),
             distances: run.iter().map(|s| s.2).collect(),
         })
         .collect()
+}
+
+fn find(views: &[View], f: FaceId, g: FaceId) -> Option<&View> {
+    views
+        .binary_search_by(|v| (v.from, v.to).cmp(&(f, g)))
+        .ok()
+        .map(|i| &views[i])
 }
 
 /// One record a pair, from the views in both directions. Least and greatest leave out one sample in fifty, where a ray met an edge.
@@ -171,15 +219,9 @@ fn gather(views: &[View], accepted: &[&View]) -> Vec<FacePair> {
         .collect();
     keys.sort_unstable();
     keys.dedup();
-    let view = |f: FaceId, g: FaceId| {
-        views
-            .binary_search_by(|v| (v.from, v.to).cmp(&(f, g)))
-            .ok()
-            .map(|i| &views[i])
-    };
     keys.into_iter()
         .map(|[a, b]| {
-            let both: Vec<&View> = [view(a, b), view(b, a)].into_iter().flatten().collect();
+            let both: Vec<&View> = [find(views, a, b), find(views, b, a)].into_iter().flatten().collect();
             let mut d: Vec<f64> = both
                 .iter()
                 .flat_map(|v| v.distances.iter().copied())

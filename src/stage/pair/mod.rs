@@ -7,6 +7,7 @@
 //!
 //! Cost: one ray a sample; the rest is linear in the number of faces that see each other.
 
+mod extent;
 mod gates;
 mod peaks;
 mod risers;

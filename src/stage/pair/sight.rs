@@ -3,10 +3,11 @@
 //! Rays go inwards along the normal of the six-node facets from sample points spread over every face in proportion to its area, so
 //! that small faces are seen as well as large ones. Cost: one ray a sample, in parallel.
 
+use super::extent::extent;
 use crate::geom::six_node;
 use crate::model::brep::Brep;
 use crate::model::ids::{FaceId, FacetId};
-use crate::model::sighting::Sighting;
+use crate::model::sighting::{Extent, Sighting};
 use crate::spatial::TriangleBvh;
 use glam::DVec3;
 use rayon::prelude::*;
@@ -42,12 +43,16 @@ pub fn sight(brep: &Brep) -> Vec<Sighting> {
                         (other.dot(normal) < -ANTIPARALLEL_COS)
                             .then_some((brep.facets[seen].face, distance + start))
                     });
+            let extent = across.map_or_else(Extent::default, |(_, distance)| {
+                extent(&bvh, point, -normal, distance)
+            });
             Sighting {
                 from: brep.facets[facet].face,
                 point,
                 inward: -normal,
                 area,
                 across,
+                extent,
             }
         })
         .collect()

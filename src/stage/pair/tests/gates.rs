@@ -1,4 +1,5 @@
 use super::*;
+use crate::model::sighting::Extent;
 use crate::model::ids::{CurveId, IndexVec, WallId};
 use crate::model::walls::{Arc, Convexity};
 use crate::test_parts::voxels::{cube, filled, lines, plate, wedge};
@@ -123,6 +124,7 @@ fn look(from: u32, to: u32, distance: f64, area: f64) -> Vec<Sighting> {
             inward: DVec3::Z,
             area: area / 100.0,
             across: Some((FaceId(to), distance)),
+            extent: Extent::WIDE,
         };
         100
     ]

@@ -1,0 +1,96 @@
+//! How far a wall goes on round a mid-point: what tells a wall from a strip of overlap, a neck, a rim and a lump.
+//!
+//! The width of a whole face says little about the region in which it faces another: a strip of overlap along the border of a large face may be
+//! narrower than the distance across it, and a broad wall may be made of narrow faces. So from the mid-point of a look steps are made sideways,
+//! in eight directions, and at each step both sides are looked for again: the wall goes on where they are about as far apart as here.
+//!
+//! Limit: the eight directions miss the narrowest one by up to 22.5 degrees, so that widths are up to 8 % too great.
+//! Cost: at most eight times [`STEPS`] steps of two rays a look, fewer where the wall soon ends.
+
+use crate::model::sighting::Extent;
+use crate::spatial::TriangleBvh;
+use glam::DVec3;
+use std::f64::consts::FRAC_PI_4;
+
+/// Steps in one direction.
+const STEPS: u32 = 4;
+/// Reach in one direction, in thicknesses: to know widths up to twice the thickness, the literature's limit of a wall.
+const REACH: f64 = 1.0;
+/// The wall goes on while its thickness changes by less than this factor: draft and the curvature of a tight bend change it by a quarter
+/// over such a reach.
+const ALIKE: f64 = 1.35;
+
+/// How a wall ends in one direction.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum End {
+    /// Not within reach.
+    Open,
+    /// At the solid's boundary.
+    Free,
+    /// In material of another thickness.
+    Other,
+}
+
+/// Widths of the wall round the point at a depth of half of `across` below `point`.
+pub(super) fn extent(bvh: &TriangleBvh, point: DVec3, inward: DVec3, across: f64) -> Extent {
+    let middle = point + inward * (across / 2.0);
+    let (u, v) = inward.any_orthonormal_pair();
+    let mut found = Extent {
+        most: 0.0,
+        ..Extent::WIDE
+    };
+    for k in 0..4 {
+        let (sin, cos) = (f64::from(k) * FRAC_PI_4).sin_cos();
+        let direction = u * cos + v * sin;
+        let (a, end_a) = reach(bvh, middle, inward, direction, across);
+        let (b, end_b) = reach(bvh, middle, inward, -direction, across);
+        let width = a + b;
+        found.most = found.most.max(width);
+        let bound = match (end_a, end_b) {
+            (End::Free, End::Free) => &mut found.bar,
+            (End::Other, End::Other) => &mut found.neck,
+            _ => &mut found.rib,
+        };
+        *bound = bound.min(width);
+    }
+    found
+}
+
+/// How far the wall goes on in one direction, in thicknesses, and how it ends. It goes on beneath a rib that is thinner than the reach.
+fn reach(
+    bvh: &TriangleBvh,
+    middle: DVec3,
+    inward: DVec3,
+    direction: DVec3,
+    across: f64,
+) -> (f64, End) {
+    let free = bvh
+        .first_hit(middle, direction)
+        .map_or(f64::INFINITY, |(_, d)| d / across);
+    let step = REACH / f64::from(STEPS);
+    let (mut reached, mut broken) = (0.0, false);
+    for i in 1..=STEPS {
+        let next = step * f64::from(i);
+        if next > free {
+            if broken {
+                break;
+            }
+            return (free, End::Free);
+        }
+        let at = middle + direction * (next * across);
+        let sum = [inward, -inward]
+            .into_iter()
+            .map(|d| bvh.first_hit(at, d).map_or(f64::INFINITY, |(_, t)| t))
+            .sum::<f64>();
+        broken = !(across / ALIKE..across * ALIKE).contains(&sum);
+        if !broken {
+            reached = next;
+        }
+    }
+    if broken {
+        // Somewhere in the step after the last good one.
+        (reached + step / 2.0, End::Other)
+    } else {
+        (REACH, End::Open)
+    }
+}
