@@ -1,6 +1,6 @@
 use super::*;
-use crate::model::sighting::Extent;
 use crate::model::ids::{CurveId, IndexVec, WallId};
+use crate::model::sighting::Extent;
 use crate::model::walls::{Arc, Convexity};
 use crate::test_parts::voxels::{cube, filled, lines, plate, wedge};
 use crate::test_parts::{box_brep, tube_brep};
