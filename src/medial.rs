@@ -25,8 +25,8 @@ use smallvec::SmallVec;
 
 /// Steps of the placing iteration: it converges quadratically on smooth walls; the rest guards against cycling at edges.
 const STEPS: usize = 16;
-/// A placed point has moved less than this in its last step, in thicknesses.
-const SETTLED: f64 = 1e-9;
+/// A placed point has moved less than this in its last step, in thicknesses: the next one would be of the order of its square.
+const SETTLED: f64 = 1e-7;
 /// No point moves further than this in all, in thicknesses: further away is another wall's business.
 const LEASH: f64 = 3.0;
 /// Nor further beyond the end of its surfaces than this, in thicknesses: sheets that are extended to meet do so within the block where

@@ -271,6 +271,9 @@ impl TriangleBvh {
                 continue;
             }
             for k in node.first..node.first + node.count {
+                if hint == Some(Hint(k)) {
+                    continue;
+                }
                 let index = self.indices[k as usize];
                 let point = nearest_on_triangle(self.triangles[k as usize], p);
                 let e2 = point.distance_squared(p);
