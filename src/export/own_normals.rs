@@ -3,7 +3,7 @@
 //! CalculiX expands a shell along its nodes' normals, each the mean of those of the elements there within 20 degrees of each other. Where an element is
 //! much shorter than it is thick, two such means may lean so far towards each other that its top or bottom turns inside out, at which CalculiX stops
 //! ("nonpositive jacobian"). With the element's own normal at all its nodes (`*NORMAL`) it is a straight prism, which cannot.
-//! The price: its nodes are rigid knots, measured to change the deflection of fillets and tight bends by 1 % at most.
+//! The price: its nodes are rigid knots, measured to change the deflection of a part with tight bends by 1 % at most.
 //!
 //! Reference: CalculiX CrunchiX user's manual, `*NORMAL` and the section on shell elements.
 

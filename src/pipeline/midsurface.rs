@@ -60,7 +60,7 @@ pub(super) fn mid_surface(
     let aag = clock.time("adjacency", || adjacency::adjacency(brep));
     let sightings = clock.time("pair", || pair::sight(brep));
     let graph = clock.time("decompose", || TetGraph::new(&piece.tets));
-    let euler = euler_of_boundary(brep) as f64 / 2.0;
+    let euler = brep.euler() as f64 / 2.0;
     let source = Source {
         brep,
         graph,
@@ -193,13 +193,4 @@ fn fault<F: ToString>(stage: &'static str, first: Option<F>) -> Result<(), Pipel
             what: f.to_string(),
         }),
     }
-}
-
-/// V - E + F of the boundary facets.
-fn euler_of_boundary(brep: &Brep) -> i64 {
-    let mut vertices: Vec<_> = brep.facets.iter().flat_map(|f| f.corners).collect();
-    vertices.sort_unstable();
-    vertices.dedup();
-    // Closed: every side is shared by two facets.
-    vertices.len() as i64 - (brep.facets.len() * 3 / 2) as i64 + brep.facets.len() as i64
 }

@@ -151,7 +151,8 @@ fn most_deflection(length: f64, thinnest: f64) -> f64 {
 fn faults(solved: &Solved, free: &[usize], force: DVec3, most: f64) -> Vec<String> {
     let mut faults = Vec::new();
     // The .dat file has seven digits.
-    if !((solved.reaction + force).length() <= 1e-4 * force.length()) {
+    let balanced = (solved.reaction + force).length() <= 1e-4 * force.length();
+    if !balanced {
         faults.push(format!(
             "the clamp holds {}, not {}",
             solved.reaction, -force
