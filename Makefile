@@ -11,7 +11,9 @@ MET := mesh::bspline_shell \
 	mesh::l_sharp \
 	mesh::open_box \
 	mesh::plate_holes \
+	mesh::plate_pocket \
 	mesh::rib_tapered \
+	mesh::step_flush \
 	mesh::step_symmetric \
 	mesh::t_fillet \
 	mesh::t_sharp \

@@ -3,7 +3,7 @@
 //! Three steps. `sight` looks from every face through the material. `gates` decides which faces that see each other are a pair: the
 //! test is scale-free, the width of the narrower face against the distance, so that a part may have walls of any number of
 //! thicknesses; faces that stay alone get a second chance with soft limits beside faces already paired (MidSurfer, algorithm 2).
-//! `walls` colours the pair graph and joins pairs that continue each other smoothly into walls.
+//! `walls` colours the pair graph and joins pairs that continue each other into walls: smoothly, or over the risers that `risers` finds.
 //!
 //! Cost: one ray a sample; the rest is linear in the number of faces that see each other.
 

@@ -1,8 +1,8 @@
 //! Walls: pairs joined where they continue each other smoothly on both sides.
 //!
-//! A face group pair (FGP) is a connected component of the pair graph, two-coloured. A wall is smaller: the pairs of it whose mid-surface is one
-//! smooth surface. Across a sharp corner, and across a step of thickness, one wall ends and another begins, because there the sheets are
-//! to be extended until they meet instead of following the nearest face round the corner.
+//! A face group pair (FGP) is a connected component of the pair graph, two-coloured. A wall is smaller: the pairs of it whose mid-surface is
+//! one sheet. Across a sharp corner one wall ends and another begins, because there the sheets are to be extended until they meet instead of
+//! following the nearest face round the corner. Across a step of thickness the wall goes on, with the riser on its side.
 
 use super::risers::{Step, steps};
 use crate::model::brep::Brep;
