@@ -335,6 +335,49 @@ impl<'a> Medial<'a> {
             }
         }
     }
+
+    /// Newton's steps towards the supports, `steps` at most.
+    fn converge(&self, start: DVec3, supports: &[Support], steps: usize) -> DVec3 {
+        let walls = supports.iter().filter_map(|s| {
+            if let Support::Mid(w) = s {
+                Some(self.thickness[*w])
+            } else {
+                None
+            }
+        });
+        let scale = walls.fold(0.0, f64::max);
+        let scale = if scale > 0.0 { scale } else { self.typical };
+        let mut p = start;
+        let mut planes: SmallVec<[(DVec3, f64); 4]> = SmallVec::new();
+        let mut known: SmallVec<[Known; 4]> = smallvec::smallvec![Known::default(); supports.len()];
+        let mut allowed = None;
+        for _ in 0..steps {
+            planes.clear();
+            let mut beyond = 0.0f64;
+            let room = allowed.unwrap_or(REACH * scale);
+            for (&support, known) in supports.iter().zip(&mut known) {
+                if let Some((plane, end)) = self.plane(p, support, known, room) {
+                    planes.push(plane);
+                    beyond = beyond.max(end);
+                }
+            }
+            if beyond > *allowed.get_or_insert(beyond.max(REACH * scale)) {
+                return start;
+            }
+            let step = planes::meet(&planes).clamp_length_max(scale);
+            p += step;
+            for bound in known.iter_mut().filter_map(|k| k.beyond.as_mut()) {
+                *bound += step.length();
+            }
+            if (p - start).length() > LEASH * scale {
+                return start + (p - start).clamp_length_max(LEASH * scale);
+            }
+            if step.length() < SETTLED * scale {
+                break;
+            }
+        }
+        p
+    }
 }
 
 /// The middle between two tangent planes, if they oppose each other.
@@ -389,45 +432,11 @@ fn common_plane(brep: &Brep, facets: &[FacetId]) -> Option<Plane> {
 
 impl Placer for Medial<'_> {
     fn place(&self, start: DVec3, supports: &[Support]) -> DVec3 {
-        let walls = supports.iter().filter_map(|s| {
-            if let Support::Mid(w) = s {
-                Some(self.thickness[*w])
-            } else {
-                None
-            }
-        });
-        let scale = walls.fold(0.0, f64::max);
-        let scale = if scale > 0.0 { scale } else { self.typical };
-        let mut p = start;
-        let mut planes: SmallVec<[(DVec3, f64); 4]> = SmallVec::new();
-        let mut known: SmallVec<[Known; 4]> = smallvec::smallvec![Known::default(); supports.len()];
-        let mut allowed = None;
-        for _ in 0..STEPS {
-            planes.clear();
-            let mut beyond = 0.0f64;
-            let room = allowed.unwrap_or(REACH * scale);
-            for (&support, known) in supports.iter().zip(&mut known) {
-                if let Some((plane, end)) = self.plane(p, support, known, room) {
-                    planes.push(plane);
-                    beyond = beyond.max(end);
-                }
-            }
-            if beyond > *allowed.get_or_insert(beyond.max(REACH * scale)) {
-                return start;
-            }
-            let step = planes::meet(&planes).clamp_length_max(scale);
-            p += step;
-            for bound in known.iter_mut().filter_map(|k| k.beyond.as_mut()) {
-                *bound += step.length();
-            }
-            if (p - start).length() > LEASH * scale {
-                return start + (p - start).clamp_length_max(LEASH * scale);
-            }
-            if step.length() < SETTLED * scale {
-                break;
-            }
-        }
-        p
+        self.converge(start, supports, STEPS)
+    }
+
+    fn draw(&self, start: DVec3, supports: &[Support]) -> DVec3 {
+        self.converge(start, supports, 1)
     }
 
     fn normal(&self, point: DVec3, wall: WallId) -> Option<DVec3> {

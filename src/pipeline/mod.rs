@@ -169,8 +169,13 @@ fn untangled(found: &MidSurface, medial: &Medial<'_>, clock: &mut Clock<'_>) -> 
     clock.time("fair", || {
         let (complex, _) = fair::fair(found.complex.clone(), medial);
         let mut complex = connected(complex, |c| remesh::merge_strips(c, &thickness, medial));
-        for _ in 0..KNOT_ROUNDS {
-            let (untangled, stats) = fair::fair(complex, medial);
+        for round in 0..KNOT_ROUNDS {
+            let again = if round == 0 {
+                fair::fair
+            } else {
+                fair::fair_again
+            };
+            let (untangled, stats) = again(complex, medial);
             complex = untangled;
             if stats.turned_after == 0 {
                 break;

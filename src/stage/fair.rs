@@ -23,6 +23,9 @@ const CURVE_ROUNDS: usize = 6;
 /// Rounds for sheets: each lets a tangle spread over one more ring of neighbours.
 const SHEET_ROUNDS: usize = 24;
 
+/// Rings round turned triangles in which curves move when a complex is faired again: a knot that was contracted is smaller than that.
+const NEAR_RINGS: usize = 3;
+
 /// What was done.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct FairStats {
@@ -36,11 +39,54 @@ pub struct FairStats {
 pub fn fair(mut complex: MidComplex, placer: &dyn Placer) -> (MidComplex, FairStats) {
     orient(&mut complex, placer);
     let net = Net::new(&complex);
-    let everywhere: Vec<TriangleId> = complex.triangles.ids().collect();
+    let before = complex.clone();
     for _ in 0..CURVE_ROUNDS {
         relax(&mut complex, &net.curve_nodes, &net.along, placer);
     }
-    let mut bad = turned(&complex, &everywhere, placer);
+    let stats = untangle(&mut complex, &net, placer);
+    settle(&mut complex, &before, placer);
+    (complex, stats)
+}
+
+/// The same for a complex that is fair but for a few places, wound as [`fair`] leaves it: only what is near turned triangles moves.
+pub fn fair_again(mut complex: MidComplex, placer: &dyn Placer) -> (MidComplex, FairStats) {
+    let net = Net::new(&complex);
+    let before = complex.clone();
+    let everywhere: Vec<TriangleId> = complex.triangles.ids().collect();
+    let bad = turned(&complex, &everywhere, placer);
+    let near: Vec<NodeId> = net
+        .within(&complex, &bad, NEAR_RINGS)
+        .into_iter()
+        .filter(|n| net.curve_nodes.binary_search(n).is_ok())
+        .collect();
+    for _ in 0..CURVE_ROUNDS {
+        relax(&mut complex, &near, &net.along, placer);
+    }
+    let stats = untangle(&mut complex, &net, placer);
+    settle(&mut complex, &before, placer);
+    (complex, stats)
+}
+
+/// Nodes are drawn towards their supports while they move; here those that did come to lie on them.
+fn settle(complex: &mut MidComplex, before: &MidComplex, placer: &dyn Placer) {
+    complex
+        .nodes
+        .as_mut_slice()
+        .par_iter_mut()
+        .zip(before.nodes.as_slice())
+        .filter(|(now, then)| now.point != then.point)
+        .for_each(|(now, _)| {
+            let p = placer.place(now.point, &now.supports);
+            if p.is_finite() {
+                now.point = p;
+            }
+        });
+}
+
+/// Moves the nodes near turned triangles until none is turned or the rounds are over.
+fn untangle(complex: &mut MidComplex, net: &Net, placer: &dyn Placer) -> FairStats {
+    let everywhere: Vec<TriangleId> = complex.triangles.ids().collect();
+    let mut bad = turned(complex, &everywhere, placer);
     let mut stats = FairStats {
         turned_before: bad.len(),
         turned_after: bad.len(),
@@ -54,8 +100,8 @@ pub fn fair(mut complex: MidComplex, placer: &dyn Placer) -> (MidComplex, FairSt
         if round % 4 == 3 {
             reach += 1;
         }
-        let moving = net.around(&complex, &bad, reach);
-        relax(&mut complex, &moving, &net.beside, placer);
+        let moving = net.around(complex, &bad, reach);
+        relax(complex, &moving, &net.beside, placer);
         let mut touched: Vec<TriangleId> = moving
             .iter()
             .flat_map(|&n| net.stars[n].iter().copied())
@@ -63,10 +109,10 @@ pub fn fair(mut complex: MidComplex, placer: &dyn Placer) -> (MidComplex, FairSt
         touched.extend(&bad);
         touched.sort_unstable();
         touched.dedup();
-        bad = turned(&complex, &touched, placer);
+        bad = turned(complex, &touched, placer);
         stats.turned_after = bad.len();
     }
-    (complex, stats)
+    stats
 }
 
 /// Neighbours of every node, and which of them may move how.
@@ -121,6 +167,27 @@ impl Net {
         }
     }
 
+    /// All nodes of the triangles and `rings` rings of triangles round them, sorted.
+    fn within(&self, complex: &MidComplex, triangles: &[TriangleId], rings: usize) -> Vec<NodeId> {
+        let mut nodes: Vec<NodeId> = triangles
+            .iter()
+            .flat_map(|&t| complex.triangles[t].nodes)
+            .collect();
+        for _ in 0..=rings {
+            nodes.sort_unstable();
+            nodes.dedup();
+            let ring: Vec<NodeId> = nodes
+                .iter()
+                .flat_map(|&n| &self.stars[n])
+                .flat_map(|&t| complex.triangles[t].nodes)
+                .collect();
+            nodes.extend(ring);
+        }
+        nodes.sort_unstable();
+        nodes.dedup();
+        nodes
+    }
+
     /// The sheet nodes of the triangles and `reach` rings round them, sorted.
     fn around(&self, complex: &MidComplex, triangles: &[TriangleId], reach: usize) -> Vec<NodeId> {
         let mut nodes: Vec<NodeId> = triangles
@@ -154,7 +221,7 @@ fn relax(
             let list = &neighbours[n];
             let middle =
                 list.iter().map(|&m| complex.nodes[m].point).sum::<DVec3>() / list.len() as f64;
-            let p = placer.place(middle, &complex.nodes[n].supports);
+            let p = placer.draw(middle, &complex.nodes[n].supports);
             if p.is_finite() {
                 p
             } else {

@@ -180,6 +180,7 @@ pub fn polish(
     job.refresh_references();
     follow(&mut job, size);
     polish::polish(&mut job);
+    job.place_all();
     job.surface.finish()
 }
 

@@ -128,7 +128,7 @@ pub(super) fn along(job: &Job, n: NodeId, guide: GuideId, from: f64, step: f64) 
 
 /// The start point put onto the supports of the node; `None` where they send it far off.
 pub(super) fn placed(job: &Job, n: NodeId, start: DVec3, at: Option<f64>) -> Option<Target> {
-    let point = job.placer.place(start, &job.surface.supports[n]);
+    let point = job.placer.draw(start, &job.surface.supports[n]);
     let near = point.is_finite() && point.distance(start) <= 0.5 * job.size[n];
     near.then_some(Target { point, at })
 }
