@@ -221,7 +221,10 @@ fn gather(views: &[View], accepted: &[&View]) -> Vec<FacePair> {
     keys.dedup();
     keys.into_iter()
         .map(|[a, b]| {
-            let both: Vec<&View> = [find(views, a, b), find(views, b, a)].into_iter().flatten().collect();
+            let both: Vec<&View> = [find(views, a, b), find(views, b, a)]
+                .into_iter()
+                .flatten()
+                .collect();
             let mut d: Vec<f64> = both
                 .iter()
                 .flat_map(|v| v.distances.iter().copied())
