@@ -193,14 +193,19 @@ impl fmt::Display for SolidFacts {
             write!(f, " '{name}'")?;
         }
         writeln!(f)?;
-        writeln!(f, "  box        {x:.3} x {y:.3} x {z:.3} mm")?;
-        writeln!(f, "  volume     {:.1} mm3", self.volume)?;
-        writeln!(f, "  area       {:.1} mm2", self.area)?;
-        writeln!(f, "  faces      {}", counts(&self.faces_by_kind))?;
-        writeln!(f, "  roles      {}", counts(&self.faces_by_role))?;
-        writeln!(f, "  sheets     {}", self.sheets)?;
-        writeln!(f, "  junctions  {}", self.junctions)?;
-        writeln!(f, "  lumps      {}", self.lumps)?;
+        let rows = [
+            ("box", format!("{x:.3} x {y:.3} x {z:.3} mm")),
+            ("volume", format!("{:.1} mm3", self.volume)),
+            ("area", format!("{:.1} mm2", self.area)),
+            ("faces", counts(&self.faces_by_kind)),
+            ("roles", counts(&self.faces_by_role)),
+            ("sheets", self.sheets.to_string()),
+            ("junctions", self.junctions.to_string()),
+            ("lumps", self.lumps.to_string()),
+        ];
+        for (name, value) in rows {
+            writeln!(f, "  {name:<9}  {value}")?;
+        }
         if self.walls.is_empty() {
             return writeln!(f, "  no thin wall: there is nothing to put a shell on");
         }

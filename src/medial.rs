@@ -2,23 +2,31 @@
 //!
 //! A mid-point has equal distance to both sides of its wall. Distances are to the six-node facets of that wall's faces only, so that a
 //! neighbour wall never interferes. Beyond the end of a side (under a rib, past a corner) the tangent plane at its last point goes on: with
-//! that one rule a plate stays flat under its rib, sheets extend until they meet, and a rim comes to lie on its lateral face.
+//! that one rule a plate stays flat under its rib, sheets extend until they meet, and a rim comes to lie on its lateral face. At the inner edge of
+//! a step the side does not end: there the distance is that to the edge, and the mid-surface climbs along a parabola.
+
+mod corner;
+
+mod memory;
 
 use crate::geom::placer::Placer;
 use crate::geom::planes;
-use crate::geom::six_node::{self, nearest_on_quadratic};
+use crate::geom::six_node::{self, ReadyFacet};
 use crate::geom::triangle::nearest_on_triangle;
 use crate::model::brep::Brep;
 use crate::model::complex::Support;
 use crate::model::ids::{FaceId, FacetId, IndexVec, VertexId, WallId};
 use crate::model::walls::{Aag, Convexity, Pairing};
-use crate::spatial::TriangleBvh;
+use crate::spatial::{Hint, TriangleBvh};
+use corner::InnerEdges;
 use glam::DVec3;
+use memory::Memory;
+use smallvec::SmallVec;
 
 /// Steps of the placing iteration: it converges quadratically on smooth walls; the rest guards against cycling at edges.
 const STEPS: usize = 16;
-/// A placed point has moved less than this in its last step, in thicknesses.
-const SETTLED: f64 = 1e-9;
+/// A placed point has moved less than this in its last step, in thicknesses: the next one would be of the order of its square.
+const SETTLED: f64 = 1e-7;
 /// No point moves further than this in all, in thicknesses: further away is another wall's business.
 const LEASH: f64 = 3.0;
 /// Nor further beyond the end of its surfaces than this, in thicknesses: sheets that are extended to meet do so within the block where
@@ -27,10 +35,40 @@ const REACH: f64 = 1.5;
 /// Two sides whose normals are nearer to parallel than this sum of unit normals define no middle.
 const LEAST_OPPOSITION: f64 = 0.5;
 
-/// A facet whose mid-side points lie off its sides by less than this share of their length is flat.
-const FLAT: f64 = 1e-9;
+/// A point this near to its foot, in edge lengths, lies on the surface: which way the rest points is rounding.
+const ON_SURFACE: f64 = 1e-9;
+/// Nodes this near to a common plane, as a share of their largest coordinate, lie in it: CAD files know their own points no better than to 1e-7 mm.
+const IN_PLANE: f64 = 1e-9;
+/// A six-node facet leaves its flat triangle by at most this many times its sag: the three mid-side shape functions sum up to this.
+const BULGE: f64 = 4.0 / 3.0;
 /// A foot is plumb within this sine; far above rounding, far below what a wrong facet gives.
 const PLUMB: f64 = 1e-6;
+
+/// Where the last searches on one or two surfaces ended.
+type Hints = [Option<Hint>; 2];
+
+/// A plane, and which side of it is material: below the normal.
+#[derive(Clone, Copy, Debug)]
+struct Plane {
+    normal: DVec3,
+    offset: f64,
+}
+
+impl Plane {
+    /// Distance of `p` below the plane.
+    #[inline]
+    fn depth(&self, p: DVec3) -> f64 {
+        self.offset - self.normal.dot(p)
+    }
+}
+
+/// What a placing knows of one of its supports from the steps before.
+#[derive(Clone, Copy, Debug, Default)]
+struct Known {
+    hints: Hints,
+    /// The point lies beyond the end by at most this, where that is known.
+    beyond: Option<f64>,
+}
 
 /// A set of facets with its hierarchy.
 #[derive(Clone, Debug, Default)]
@@ -39,6 +77,9 @@ struct Surface {
     facets: Vec<FacetId>,
     /// Sorted.
     faces: Vec<FaceId>,
+    /// The plane of all its facets, if they have one: then its tangent planes need no search.
+    plane: Option<Plane>,
+    inner_edges: InnerEdges,
 }
 
 /// The nearest point of a surface.
@@ -83,13 +124,13 @@ pub struct Medial<'a> {
     /// Rims may slide from a lateral face onto one that is tangent to it: such faces share one surface.
     rim_surface: IndexVec<FaceId, u32>,
     rims: Vec<Surface>,
-    /// How far each facet's mid-side points lie off its sides, mm; zero where it is flat to rounding.
-    sag: IndexVec<FacetId, f64>,
-    /// Facets at every vertex.
-    stars: IndexVec<VertexId, Vec<FacetId>>,
+    facets: IndexVec<FacetId, ReadyFacet>,
+    /// The bent ones among the facets that touch each facet.
+    bent: IndexVec<FacetId, Vec<FacetId>>,
     /// Normal curvature of each facet, 1/mm, estimated from its corner normals.
     curvature: IndexVec<FacetId, f64>,
     typical: f64,
+    memory: Memory,
 }
 
 impl<'a> Medial<'a> {
@@ -99,13 +140,6 @@ impl<'a> Medial<'a> {
             IndexVec::filled(Vec::new(), brep.faces.len());
         for (id, f) in brep.facets.enumerated() {
             of_face[f.face].push(id);
-        }
-        let mut stars: IndexVec<VertexId, Vec<FacetId>> =
-            IndexVec::filled(Vec::new(), brep.vertices.len());
-        for (id, f) in brep.facets.enumerated() {
-            for v in f.corners {
-                stars[v].push(id);
-            }
         }
         let surface = |faces: &mut dyn Iterator<Item = FaceId>| {
             let mut faces: Vec<FaceId> = faces.collect();
@@ -117,7 +151,9 @@ impl<'a> Medial<'a> {
             let corners: Vec<[DVec3; 3]> = facets.iter().map(|&f| brep.corners(f)).collect();
             Surface {
                 bvh: TriangleBvh::new(&corners),
+                plane: common_plane(brep, &facets),
                 facets,
+                inner_edges: InnerEdges::new(brep, aag, &faces),
                 faces,
             }
         };
@@ -164,20 +200,12 @@ impl<'a> Medial<'a> {
                     .fold(0.0, f64::max)
             })
             .collect();
-        let sag = brep
+        let facets: IndexVec<FacetId, ReadyFacet> = brep
             .facets
             .enumerated()
-            .map(|(id, f)| {
-                let p = brep.corners(id);
-                let off = |k: usize| f.mids[k].distance((p[k] + p[(k + 1) % 3]) / 2.0);
-                let most = off(0).max(off(1)).max(off(2));
-                if most > FLAT * p[0].distance(p[1]) {
-                    most
-                } else {
-                    0.0
-                }
-            })
+            .map(|(id, f)| ReadyFacet::new(brep.corners(id), f.mids))
             .collect();
+        let bent = bent_neighbours(brep, &facets);
         let thickness: IndexVec<WallId, f64> = pairing.walls.iter().map(|w| w.thickness).collect();
         let typical = thickness.iter().sum::<f64>() / (thickness.len().max(1) as f64);
         Self {
@@ -186,44 +214,55 @@ impl<'a> Medial<'a> {
             thickness,
             rim_surface,
             rims,
-            sag,
-            stars,
+            facets,
+            bent,
             curvature,
             typical,
+            memory: Memory::new(brep.facets.len()),
         }
     }
 
-    fn foot(&self, surface: &Surface, p: DVec3) -> Option<Foot> {
-        let near = surface.bvh.nearest(p)?;
-        let best = self.foot_on(surface.facets[near.index], p);
-        if best.is_plumb(p) {
+    /// The nearest point of a surface; `hint`: where the last search ended, only to make this one faster.
+    fn foot(&self, surface: &Surface, p: DVec3, hint: &mut Option<Hint>) -> Option<Foot> {
+        let near = surface.bvh.nearest_from(p, *hint)?;
+        *hint = Some(near.hint);
+        let id = surface.facets[near.index];
+        let best = self.foot_on(id, p, near.point);
+        let neighbours = &self.bent[id];
+        if neighbours.is_empty() || best.is_plumb(p) {
+            return Some(best);
+        }
+        let facet = &self.facets[id];
+        let mut distance = best.point.distance(p);
+        let [a, b, _] = facet.corners();
+        if distance <= ON_SURFACE * a.distance(b) {
             return Some(best);
         }
         // On a curved side the nearest flat facet need not be the nearest curved one: neighbours that are about as near are asked too.
-        let reach = near.distance + self.sag[best.facet];
-        let corners = self.brep.facets[best.facet].corners;
+        let reach = near.distance + facet.sag();
         let mut nearest = best;
-        for &f in corners.iter().flat_map(|&v| &self.stars[v]) {
-            let bent = self.sag[f] > 0.0 && f != best.facet;
-            if bent
-                && surface
-                    .faces
-                    .binary_search(&self.brep.facets[f].face)
-                    .is_ok()
-                && nearest_on_triangle(self.brep.corners(f), p).distance(p) <= reach + self.sag[f]
-            {
-                let foot = self.foot_on(f, p);
+        for &f in neighbours {
+            let other = &self.facets[f];
+            let face = self.brep.facets[f].face;
+            if surface.faces.binary_search(&face).is_err() {
+                continue;
+            }
+            let flat = nearest_on_triangle(other.corners(), p);
+            let away = flat.distance(p);
+            if away <= reach + other.sag() && away - BULGE * other.sag() <= distance {
+                let foot = self.foot_on(f, p, flat);
                 if foot.point.distance_squared(p) < nearest.point.distance_squared(p) {
                     nearest = foot;
+                    distance = foot.point.distance(p);
                 }
             }
         }
         Some(nearest)
     }
 
-    fn foot_on(&self, facet: FacetId, p: DVec3) -> Foot {
-        let (point, normal) =
-            nearest_on_quadratic(self.brep.corners(facet), self.brep.facets[facet].mids, p);
+    /// `flat`: the nearest point of the facet's flat triangle.
+    fn foot_on(&self, facet: FacetId, p: DVec3, flat: DVec3) -> Foot {
+        let (point, normal) = self.facets[facet].nearest(p, flat);
         Foot {
             point,
             normal,
@@ -233,8 +272,18 @@ impl<'a> Medial<'a> {
 
     /// The nearest points on the two sides of a wall.
     pub fn feet(&self, p: DVec3, wall: WallId) -> Option<[Foot; 2]> {
+        let find = || self.feet_from(p, wall, &mut Hints::default());
+        self.memory.feet(p, wall, find)
+    }
+
+    fn feet_from(&self, p: DVec3, wall: WallId, hints: &mut Hints) -> Option<[Foot; 2]> {
         let [a, b] = &self.sides[wall];
-        Some([self.foot(a, p)?, self.foot(b, p)?])
+        let [first, second] = hints;
+        let (first, second) = (self.foot(a, p, first)?, self.foot(b, p, second)?);
+        Some([
+            a.inner_edges.rounded(self.brep, first, p),
+            b.inner_edges.rounded(self.brep, second, p),
+        ])
     }
 
     /// Distance to the first side less distance to the second: zero at a mid-point.
@@ -248,25 +297,94 @@ impl<'a> Medial<'a> {
         self.thickness[wall]
     }
 
-    /// The tangent plane of what a point must lie on, and how far beyond its end the point is.
-    fn plane(&self, p: DVec3, support: Support) -> Option<((DVec3, f64), f64)> {
+    /// The planes of the two sides of a wall, where both are flat.
+    fn planes(&self, wall: WallId) -> Option<[Plane; 2]> {
+        let [a, b] = &self.sides[wall];
+        Some([a.plane?, b.plane?])
+    }
+
+    /// The tangent plane of what a point must lie on, and how far beyond its end the point is; where the surface is flat and the end within
+    /// `room`, only some bound on that.
+    fn plane(
+        &self,
+        p: DVec3,
+        support: Support,
+        known: &mut Known,
+        room: f64,
+    ) -> Option<((DVec3, f64), f64)> {
         match support {
             Support::Mid(wall) => {
-                let [a, b] = self.feet(p, wall)?;
-                let across = a.normal - b.normal;
-                let length = across.length();
+                if let Some([a, b]) = self.planes(wall)
+                    && let Some(beyond) = within(&self.sides[wall][0], a, p, known, room)
+                {
+                    return middle([a.normal, b.normal], [a.depth(p), b.depth(p)], beyond);
+                }
+                let [a, b] = self.feet_from(p, wall, &mut known.hints)?;
                 let beyond = a.beyond(p).min(b.beyond(p));
-                (length > LEAST_OPPOSITION).then(|| {
-                    let plane = (across / length, (a.depth(p) - b.depth(p)) / length);
-                    (plane, beyond)
-                })
+                middle([a.normal, b.normal], [a.depth(p), b.depth(p)], beyond)
             }
             Support::Face(face) => {
-                let foot = self.foot(&self.rims[self.rim_surface[face] as usize], p)?;
+                let rim = &self.rims[self.rim_surface[face] as usize];
+                if let Some(plane) = rim.plane
+                    && let Some(beyond) = within(rim, plane, p, known, room)
+                {
+                    return Some(((plane.normal, plane.depth(p)), beyond));
+                }
+                let foot = self.foot(rim, p, &mut known.hints[0])?;
                 Some(((foot.normal, foot.depth(p)), foot.beyond(p)))
             }
         }
     }
+}
+
+/// The middle between two tangent planes, if they oppose each other.
+fn middle(normals: [DVec3; 2], depths: [f64; 2], beyond: f64) -> Option<((DVec3, f64), f64)> {
+    let across = normals[0] - normals[1];
+    let length = across.length();
+    (length > LEAST_OPPOSITION).then(|| {
+        let plane = (across / length, (depths[0] - depths[1]) / length);
+        (plane, beyond)
+    })
+}
+
+/// A bound on how far beyond the end of a flat surface the point is, if there is one up to `room`.
+fn within(surface: &Surface, plane: Plane, p: DVec3, known: &mut Known, room: f64) -> Option<f64> {
+    if known.beyond.is_none_or(|d| d > room) {
+        let below = p + plane.normal * plane.depth(p);
+        known.beyond = surface.bvh.any_within(below, room);
+    }
+    known.beyond
+}
+
+/// The plane that all nodes of the facets lie in, if there is one.
+fn common_plane(brep: &Brep, facets: &[FacetId]) -> Option<Plane> {
+    let area = |f: FacetId| {
+        let [a, b, c] = brep.corners(f);
+        (b - a).cross(c - a)
+    };
+    let normal = facets
+        .iter()
+        .map(|&f| area(f))
+        .sum::<DVec3>()
+        .try_normalize()?;
+    let nodes = || {
+        facets.iter().flat_map(|&f| {
+            let mids = brep.facets[f].mids;
+            brep.corners(f).into_iter().chain(mids)
+        })
+    };
+    let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
+    for p in nodes() {
+        let along = normal.dot(p);
+        low = low.min(along);
+        high = high.max(along);
+    }
+    let size = nodes().map(|p| p.abs().max_element()).fold(0.0, f64::max);
+    let one_way = facets.iter().all(|&f| area(f).dot(normal) >= 0.0);
+    (one_way && high - low <= IN_PLANE * size).then(|| Plane {
+        normal,
+        offset: (low + high) / 2.0,
+    })
 }
 
 impl Placer for Medial<'_> {
@@ -281,20 +399,27 @@ impl Placer for Medial<'_> {
         let scale = walls.fold(0.0, f64::max);
         let scale = if scale > 0.0 { scale } else { self.typical };
         let mut p = start;
-        let mut planes: smallvec::SmallVec<[(DVec3, f64); 4]> = smallvec::SmallVec::new();
+        let mut planes: SmallVec<[(DVec3, f64); 4]> = SmallVec::new();
+        let mut known: SmallVec<[Known; 4]> = smallvec::smallvec![Known::default(); supports.len()];
         let mut allowed = None;
         for _ in 0..STEPS {
             planes.clear();
             let mut beyond = 0.0f64;
-            for (plane, end) in supports.iter().filter_map(|&s| self.plane(p, s)) {
-                planes.push(plane);
-                beyond = beyond.max(end);
+            let room = allowed.unwrap_or(REACH * scale);
+            for (&support, known) in supports.iter().zip(&mut known) {
+                if let Some((plane, end)) = self.plane(p, support, known, room) {
+                    planes.push(plane);
+                    beyond = beyond.max(end);
+                }
             }
             if beyond > *allowed.get_or_insert(beyond.max(REACH * scale)) {
                 return start;
             }
             let step = planes::meet(&planes).clamp_length_max(scale);
             p += step;
+            for bound in known.iter_mut().filter_map(|k| k.beyond.as_mut()) {
+                *bound += step.length();
+            }
             if (p - start).length() > LEASH * scale {
                 return start + (p - start).clamp_length_max(LEASH * scale);
             }
@@ -306,16 +431,30 @@ impl Placer for Medial<'_> {
     }
 
     fn normal(&self, point: DVec3, wall: WallId) -> Option<DVec3> {
+        if let Some([a, b]) = self.planes(wall) {
+            return (a.normal - b.normal).try_normalize();
+        }
         let [a, b] = self.feet(point, wall)?;
         (a.normal - b.normal).try_normalize()
     }
 
     fn thickness(&self, point: DVec3, wall: WallId) -> Option<f64> {
+        if let Some([a, b]) = self.planes(wall) {
+            return Some(a.depth(point) + b.depth(point));
+        }
         let [a, b] = self.feet(point, wall)?;
         Some(a.depth(point) + b.depth(point))
     }
 
+    fn beyond(&self, point: DVec3, wall: WallId) -> f64 {
+        self.feet(point, wall)
+            .map_or(f64::INFINITY, |[a, b]| a.beyond(point).max(b.beyond(point)))
+    }
+
     fn curvature_radius(&self, point: DVec3, wall: WallId) -> f64 {
+        if self.planes(wall).is_some() {
+            return f64::INFINITY;
+        }
         let Some([a, b]) = self.feet(point, wall) else {
             return f64::INFINITY;
         };
@@ -328,6 +467,34 @@ impl Placer for Medial<'_> {
             2.0 * r.min(s)
         }
     }
+}
+
+/// The bent facets that share a corner with each facet, each once.
+fn bent_neighbours(
+    brep: &Brep,
+    facets: &IndexVec<FacetId, ReadyFacet>,
+) -> IndexVec<FacetId, Vec<FacetId>> {
+    let mut at: IndexVec<VertexId, Vec<FacetId>> =
+        IndexVec::filled(Vec::new(), brep.vertices.len());
+    for (id, f) in brep.facets.enumerated() {
+        if facets[id].sag() > 0.0 {
+            for v in f.corners {
+                at[v].push(id);
+            }
+        }
+    }
+    brep.facets
+        .enumerated()
+        .map(|(id, f)| {
+            let mut near: Vec<FacetId> = Vec::new();
+            for &other in f.corners.iter().flat_map(|&v| &at[v]) {
+                if other != id && !near.contains(&other) {
+                    near.push(other);
+                }
+            }
+            near
+        })
+        .collect()
 }
 
 #[cfg(test)]

@@ -8,7 +8,7 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 /// Longest that gmsh may take over all its attempts. Parts that it can fill take seconds; one that takes longer than this seldom ends at all.
-const TIME_LIMIT: Duration = Duration::from_secs(90);
+const TIME_LIMIT: Duration = Duration::from_secs(60);
 
 /// The choices of one run.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]

@@ -15,8 +15,8 @@ use obvhs::bvh2::reinsertion::ReinsertionOptimizer;
 use obvhs::ploc::{PlocBuilder, PlocSearchDistance, SortPrecision};
 use smallvec::SmallVec;
 
-/// A few triangles a leaf: an exact test costs about as much as two boxes.
-const LEAF_SIZE: u32 = 4;
+/// Few triangles a leaf: an exact test costs more than two boxes.
+const LEAF_SIZE: u32 = 2;
 
 /// Boxes are compared with this relative slack, which is far more than the rounding in a squared distance or a slab test.
 const SLACK: f64 = 1.0 + 1e-12;
@@ -90,7 +90,13 @@ pub struct Nearest {
     pub point: DVec3,
     /// How far it is.
     pub distance: f64,
+    /// Where the triangle is in the hierarchy, to begin the next search there.
+    pub hint: Hint,
 }
+
+/// A triangle's place in its hierarchy, which only that hierarchy understands.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Hint(u32);
 
 /// A bounding volume hierarchy over triangles.
 #[derive(Clone, Debug, Default)]
@@ -141,7 +147,7 @@ impl TriangleBvh {
             2,
         );
         ReinsertionOptimizer::default().run(&mut bvh, 0.02, None);
-        collapse(&mut bvh, LEAF_SIZE, 2.0);
+        collapse(&mut bvh, LEAF_SIZE, 1.0);
         let indices: Vec<u32> = bvh
             .primitive_indices
             .iter()
@@ -184,6 +190,49 @@ impl TriangleBvh {
         &self,
         p: DVec3,
         radius: f64,
+        wanted: impl FnMut(usize) -> bool,
+    ) -> Option<Nearest> {
+        self.search(p, radius, None, wanted)
+    }
+
+    /// The nearest point of all triangles, found faster where the triangle of `hint` (an earlier answer's) is near. The answer does not
+    /// depend on the hint.
+    #[inline]
+    pub fn nearest_from(&self, p: DVec3, hint: Option<Hint>) -> Option<Nearest> {
+        self.search(p, f64::INFINITY, hint, |_| true)
+    }
+
+    /// The distance of some triangle that is at most `radius` away, not always the nearest: faster than a search for that.
+    pub fn any_within(&self, p: DVec3, radius: f64) -> Option<f64> {
+        let q = p - self.centre;
+        let limit = radius * radius;
+        let root = self.nodes.first()?;
+        let mut stack: SmallVec<[(f64, u32); 64]> = SmallVec::new();
+        stack.push((root.distance_squared(q), 0));
+        while let Some((_, at)) = stack.pop() {
+            let node = &self.nodes[at as usize];
+            for k in node.first..node.first + node.count {
+                let d2 = nearest_on_triangle(self.triangles[k as usize], p).distance_squared(p);
+                if d2 <= limit {
+                    return Some(d2.sqrt());
+                }
+            }
+            if node.count == 0 {
+                let near = |i: u32| (self.nodes[i as usize].distance_squared(q), i);
+                let (a, b) = (near(node.first), near(node.first + 1));
+                let (near, far) = if a.0 <= b.0 { (a, b) } else { (b, a) };
+                stack.extend([far, near].into_iter().filter(|c| c.0 <= limit * SLACK));
+            }
+        }
+        None
+    }
+
+    #[inline]
+    fn search(
+        &self,
+        p: DVec3,
+        radius: f64,
+        hint: Option<Hint>,
         mut wanted: impl FnMut(usize) -> bool,
     ) -> Option<Nearest> {
         let q = p - self.centre;
@@ -193,6 +242,15 @@ impl TriangleBvh {
         }
         let mut best: Option<(f64, u32, DVec3)> = None;
         let mut limit = radius * radius;
+        let mut slot = 0;
+        if let Some(Hint(k)) = hint
+            && let Some(triangle) = self.triangles.get(k as usize)
+        {
+            let point = nearest_on_triangle(*triangle, p);
+            limit = point.distance_squared(p);
+            best = Some((limit, self.indices[k as usize], point));
+            slot = k;
+        }
         let mut stack: SmallVec<[(f64, u32); 64]> = SmallVec::new();
         stack.push((root.distance_squared(q), 0));
         while let Some((d2, at)) = stack.pop() {
@@ -204,10 +262,18 @@ impl TriangleBvh {
                 let near = |i: u32| (self.nodes[i as usize].distance_squared(q), i);
                 let (a, b) = (near(node.first), near(node.first + 1));
                 // The nearer child last, so that it is looked at first.
-                stack.extend(if a.0 <= b.0 { [b, a] } else { [a, b] });
+                let (near, far) = if a.0 <= b.0 { (a, b) } else { (b, a) };
+                for child in [far, near] {
+                    if child.0 <= limit * SLACK {
+                        stack.push(child);
+                    }
+                }
                 continue;
             }
             for k in node.first..node.first + node.count {
+                if hint == Some(Hint(k)) {
+                    continue;
+                }
                 let index = self.indices[k as usize];
                 let point = nearest_on_triangle(self.triangles[k as usize], p);
                 let e2 = point.distance_squared(p);
@@ -218,6 +284,7 @@ impl TriangleBvh {
                 if better && wanted(index as usize) {
                     best = Some((e2, index, point));
                     limit = e2;
+                    slot = k;
                 }
             }
         }
@@ -225,6 +292,7 @@ impl TriangleBvh {
             index: index as usize,
             point,
             distance: d2.sqrt(),
+            hint: Hint(slot),
         })
     }
 
@@ -347,6 +415,7 @@ fn f32_above(x: f64) -> f32 {
 mod tests {
     use super::*;
     use crate::geom::random::Pcg;
+    use glam::Vec3Swizzles;
 
     fn soup(n: usize, seed: u64, size: f64, offset: DVec3) -> (Vec<[DVec3; 3]>, Pcg) {
         let mut rng = Pcg::new(seed);
@@ -385,6 +454,12 @@ mod tests {
                 let (i, d2) = brute_nearest(&t, p);
                 let near = bvh.nearest(p).unwrap();
                 assert_eq!((near.index, near.distance), (i, d2.sqrt()));
+                let within = |radius| bvh.any_within(p, radius);
+                let reach = near.distance * (1.0 + 1e-9);
+                assert!(within(reach).is_some_and(|d| d >= near.distance && d <= reach));
+                assert!(near.distance == 0.0 || within(near.distance * (1.0 - 1e-9)).is_none());
+                let elsewhere = bvh.nearest(p.yzx()).unwrap().hint;
+                assert_eq!(bvh.nearest_from(p, Some(elsewhere)), Some(near));
                 let d = DVec3::new(rng.unit(), rng.unit(), rng.unit()) - 0.5;
                 let ray = Ray::new(p, d);
                 let mut all: Vec<(usize, RayHit)> = t

@@ -50,7 +50,7 @@ pub struct SourceArgs {
     pub input: PathBuf,
     #[command(flatten)]
     pub tool: ToolArgs,
-    /// Longest that gmsh may take, in seconds [default: 90]
+    /// Longest that gmsh may take, in seconds [default: 60]
     #[arg(long, value_name = "SECONDS", allow_hyphen_values = true, value_parser = seconds)]
     pub time_limit: Option<Duration>,
     /// Threads to work with [default: one a core]

@@ -11,6 +11,7 @@ use super::ExportOptions;
 use super::cells::{Cell, cells};
 use super::checked::sheet_name;
 use super::deck::{Deck, real};
+use super::mid_side::MidSides;
 use super::sections::{Plan, by_sheet, plan};
 use super::sets::sets;
 use crate::model::ids::Id;
@@ -18,9 +19,17 @@ use crate::model::shell::ShellMesh;
 
 pub(super) fn render(mesh: &ShellMesh, options: &ExportOptions<'_>) -> Vec<u8> {
     let cells = cells(mesh);
-    let sets = sets(mesh, &cells);
-    let plan = plan(mesh, &cells);
-    let mut deck = Deck::start("Abaqus", ["S3", "S4R"], mesh, &cells, &sets, options);
+    let mids = MidSides::default();
+    let sets = sets(mesh, &cells, &mids);
+    let plan = plan(mesh, &cells, &mids);
+    let mut deck = Deck::start(
+        "Abaqus",
+        ["S3", "S4R"],
+        mesh,
+        (&cells, &mids),
+        &sets,
+        options,
+    );
     if plan.clashing.contains(&true) {
         deck.line("*DISTRIBUTION TABLE, NAME=THICKNESS_TABLE");
         deck.line("LENGTH");

@@ -3,10 +3,12 @@
 //! Real numbers take at most 20 characters, because both solvers read no more of a field; lists have 16 numbers a line at most.
 
 use super::cells::Cell;
+use super::mid_side::MidSides;
 use super::number::{Style, fitted};
 use super::sets::Sets;
 use super::{ExportOptions, number_of, title_line};
 use crate::model::shell::ShellMesh;
+use glam::DVec3;
 
 /// The name of the material in the deck.
 pub(super) const MATERIAL: &str = "STEEL";
@@ -17,20 +19,21 @@ pub(super) struct Deck {
 }
 
 impl Deck {
-    /// Everything before the sections. `types` are the names of triangles and quads.
+    /// Everything before the sections. `types` are the names of triangles and quads; with `mids` they have to be of second order.
     pub fn start(
         solver: &str,
         types: [&str; 2],
         mesh: &ShellMesh,
-        cells: &[Cell],
+        (cells, mids): (&[Cell], &MidSides),
         sets: &Sets,
         options: &ExportOptions<'_>,
     ) -> Self {
         let mut deck = Self { out: String::new() };
-        deck.heading(solver, mesh, cells, options);
-        deck.nodes(mesh);
+        deck.heading(solver, mesh, (cells, mids), options);
+        deck.nodes(mesh, mids);
         for (kind, corners) in types.into_iter().zip([3, 4]) {
-            deck.elements(kind, cells.iter().filter(|c| c.corners.len() == corners));
+            let of_kind = cells.iter().filter(|c| c.corners.len() == corners);
+            deck.elements(kind, of_kind, mids);
         }
         for (name, numbers) in &sets.elements {
             deck.element_set(name, numbers);
@@ -47,7 +50,7 @@ impl Deck {
         &mut self,
         solver: &str,
         mesh: &ShellMesh,
-        cells: &[Cell],
+        (cells, mids): (&[Cell], &MidSides),
         options: &ExportOptions<'_>,
     ) {
         self.line("*HEADING");
@@ -64,6 +67,12 @@ impl Deck {
             "** Units: mm, N, t, s; stress in MPa. Reference surface: the middle (no offset).",
         );
         self.line("** Put your own material and steps after the last line.");
+        if mids.len() > 0 {
+            self.line(&format!(
+                "** {} nodes more, numbered after those of the mesh, lie in the middle of the element sides.",
+                mids.len()
+            ));
+        }
         let split = cells.len() - mesh.elements.len();
         if split > 0 {
             self.line(&format!(
@@ -72,25 +81,24 @@ impl Deck {
         }
     }
 
-    fn nodes(&mut self, mesh: &ShellMesh) {
+    fn nodes(&mut self, mesh: &ShellMesh, mids: &MidSides) {
         self.line("*NODE, NSET=NALL");
-        for (node, p) in mesh.nodes.enumerated() {
+        let corners = mesh.nodes.enumerated().map(|(n, p)| (number_of(n), *p));
+        for (number, p) in corners.chain(mids.points(mesh)) {
             let text = [real(p.x), real(p.y), real(p.z)].join(", ");
-            self.line(&format!("{}, {text}", number_of(node)));
+            self.line(&format!("{number}, {text}"));
         }
     }
 
-    fn elements<'a>(&mut self, kind: &str, cells: impl Iterator<Item = &'a Cell>) {
+    fn elements<'a>(&mut self, kind: &str, cells: impl Iterator<Item = &'a Cell>, mids: &MidSides) {
         for (k, cell) in cells.enumerate() {
             if k == 0 {
                 self.line(&format!("*ELEMENT, TYPE={kind}, ELSET=EALL"));
             }
-            let corners: Vec<String> = cell
-                .corners
-                .iter()
-                .map(|&n| number_of(n).to_string())
-                .collect();
-            self.line(&format!("{}, {}", cell.number, corners.join(", ")));
+            let corners = cell.corners.iter().map(|&n| number_of(n));
+            let numbers = corners.chain(mids.of_cell(cell));
+            let numbers: Vec<String> = numbers.map(|n| n.to_string()).collect();
+            self.line(&format!("{}, {}", cell.number, numbers.join(", ")));
         }
     }
 
@@ -126,6 +134,26 @@ impl Deck {
         self.line("*NODAL THICKNESS");
         for (number, thickness) in nodal {
             self.line(&format!("{number}, {}", real(*thickness)));
+        }
+    }
+
+    /// Normals of elements at all their nodes: the places of these among `cells`, and a unit vector each.
+    pub fn normals(&mut self, own: &[(usize, DVec3)], (cells, mids): (&[Cell], &MidSides)) {
+        if own.is_empty() {
+            return;
+        }
+        self.line(&format!(
+            "** {} elements much shorter than they are thick have normals of their own.",
+            own.len()
+        ));
+        self.line("*NORMAL");
+        for (place, normal) in own {
+            let cell = &cells[*place];
+            let parts = normal.to_array().map(real).join(", ");
+            let corners = cell.corners.iter().map(|&n| number_of(n));
+            for node in corners.chain(mids.of_cell(cell)) {
+                self.line(&format!("{}, {node}, {parts}", cell.number));
+            }
         }
     }
 

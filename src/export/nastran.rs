@@ -9,6 +9,7 @@
 //! Reference: MSC Nastran quick reference guide, bulk data format, `CQUAD4`, `CTRIA3`, `PSHELL`, `SET1`.
 
 use super::cells::{Cell, cells};
+use super::mid_side::MidSides;
 use super::number::{Style, fitted};
 use super::sets::sets;
 use super::{ExportError, ExportOptions, number_of, title_line};
@@ -142,7 +143,7 @@ fn element(out: &mut String, mesh: &ShellMesh, cell: &Cell, plates: &[Option<f64
 }
 
 fn write_sets(out: &mut String, mesh: &ShellMesh, cells: &[Cell]) {
-    let sets = sets(mesh, cells);
+    let sets = sets(mesh, cells, &MidSides::default());
     let elements = sets.elements.iter().map(|set| ("ELEMENTS", set));
     let nodes = sets.nodes.iter().map(|set| ("NODES", set));
     for (k, (kind, (name, numbers))) in elements.chain(nodes).enumerate() {

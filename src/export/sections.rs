@@ -7,9 +7,11 @@
 //! ([`Plan::clashing`]) must get theirs in another way.
 
 use super::cells::Cell;
+use super::mid_side::{MidSides, sides_of};
 use super::number_of;
 use crate::model::ids::{Id, NodeId};
 use crate::model::shell::ShellMesh;
+use std::collections::BTreeMap;
 
 /// Spread of thickness, relative to its least value, within which a sheet counts as constant: half of it is the error, which changes the bending stiffness by 0.15 %.
 pub(super) const CONSTANT: f64 = 1e-3;
@@ -22,14 +24,14 @@ const CLASH: f64 = 1e-2;
 pub(super) struct Plan {
     /// For each sheet its constant thickness, mm; `None` where it varies, or has no element.
     pub constant: Vec<Option<f64>>,
-    /// Node numbers and thickness, mm, of the corners of those cells that nodal thickness serves, ascending.
+    /// Node numbers and thickness, mm, of the nodes of those cells that nodal thickness serves, ascending.
     pub nodal: Vec<(usize, f64)>,
     /// For each cell whether it is of a varying sheet and nodal thickness would be wrong at a corner.
     pub clashing: Vec<bool>,
 }
 
-/// Decides for every sheet.
-pub(super) fn plan(mesh: &ShellMesh, cells: &[Cell]) -> Plan {
+/// Decides for every sheet. A mid-side node has the mean thickness of the ends of its side: nodal thickness that serves both of them serves it too.
+pub(super) fn plan(mesh: &ShellMesh, cells: &[Cell], mids: &MidSides) -> Plan {
     let constant = constants(mesh);
     let varies = |cell: &Cell| constant[mesh.elements[cell.element].sheet.index()].is_none();
     // Only corners of varying sheets count: a constant neighbour has its own section.
@@ -56,10 +58,20 @@ pub(super) fn plan(mesh: &ShellMesh, cells: &[Cell]) -> Plan {
             }
         }
     }
-    let nodal = mesh.nodes.ids().filter(|node| served[node.index()]);
-    let nodal = nodal
-        .map(|node| (number_of(node), mean(sums[node.index()])))
-        .collect();
+    let at_corner = |node: &NodeId| mean(sums[node.index()]);
+    let corners = mesh.nodes.ids().filter(|node| served[node.index()]);
+    let mut nodal: Vec<(usize, f64)> = corners.map(|n| (number_of(n), at_corner(&n))).collect();
+    let mut between = BTreeMap::new();
+    for (cell, clashing) in cells.iter().zip(&clashing) {
+        if varies(cell) && !clashing {
+            for side in sides_of(cell) {
+                if let Some(number) = mids.between(side) {
+                    between.insert(number, 0.5 * side.iter().map(at_corner).sum::<f64>());
+                }
+            }
+        }
+    }
+    nodal.extend(between);
     Plan {
         constant,
         nodal,
@@ -153,7 +165,7 @@ mod tests {
             mesh.elements.push(element);
             mesh.sheets.push(sheet);
         }
-        plan(&mesh, &cells(&mesh))
+        plan(&mesh, &cells(&mesh), &MidSides::default())
     }
 
     #[test]
@@ -187,5 +199,14 @@ mod tests {
         assert!(plan.nodal.is_empty());
         let alike = stacked(&[[1.0, 2.0, 2.0, 1.0], [1.01, 2.02, 2.02, 1.01]]);
         assert_eq!(alike.clashing, [false, false]);
+    }
+
+    #[test]
+    fn a_mid_side_node_is_as_thick_as_its_ends_on_the_mean() {
+        let mesh = quad([1.0, 1.0, 2.0, 3.0]);
+        let cells = cells(&mesh);
+        let plan = plan(&mesh, &cells, &MidSides::of(&mesh, &cells));
+        // Sides 0-1, 0-3, 1-2, 2-3 are nodes 5 to 8.
+        assert_eq!(plan.nodal[4..], [(5, 1.0), (6, 2.0), (7, 1.5), (8, 2.5)]);
     }
 }

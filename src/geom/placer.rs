@@ -18,6 +18,12 @@ pub trait Placer: Sync {
     /// Thickness of the wall near `point`, mm; `None` where one side is missing.
     fn thickness(&self, point: DVec3, wall: WallId) -> Option<f64>;
 
+    /// How far `point` lies beyond the ends of the wall's sides, mm, the further of the two; zero over both. Surfaces in closed form have no end.
+    fn beyond(&self, point: DVec3, wall: WallId) -> f64 {
+        let _ = (point, wall);
+        0.0
+    }
+
     /// Radius of the tightest curvature of the wall's mid-surface near `point`, mm; infinite where it is flat.
     fn curvature_radius(&self, point: DVec3, wall: WallId) -> f64;
 }

@@ -10,10 +10,19 @@
 //!
 //! Shape functions: Zienkiewicz & Taylor, The Finite Element Method, vol. 1, section 8.8.
 
+mod ready;
+
+pub use ready::ReadyFacet;
+
+use super::triangle::nearest_on_segment;
 use glam::{DVec2, DVec3};
 
 /// Enough for quadratic convergence from any start inside a facet that is not badly bent; more is rounding noise.
 const STEPS: usize = 12;
+/// Squared step, in parameters, after which Newton's next one is below rounding: it would be of the order of this one's square.
+const LAST_STEP: f64 = 1e-18;
+/// Relative slack of a comparison of squared distances, far above their rounding.
+const ROUNDING: f64 = 1.0 + 1e-9;
 /// A curved normal that leaves the flat one by more than this cosine means a folded element: the flat one is the better word then.
 const FOLDED_COS: f64 = 0.1;
 
@@ -73,14 +82,7 @@ impl QuadraticTriangle {
 
     /// The unit normal at parameters `w`; that of the flat triangle where the facet is degenerate, zero where this is too.
     pub fn normal(&self, w: DVec2) -> DVec3 {
-        let q = self.polynomial();
-        let flat = (self.corners[1] - self.corners[0]).cross(self.corners[2] - self.corners[0]);
-        let n = q.du(w).cross(q.dv(w));
-        if n.dot(flat) > FOLDED_COS * n.length() * flat.length() {
-            n.normalize_or_zero()
-        } else {
-            flat.normalize_or_zero()
-        }
+        unit_normal(&self.polynomial(), &self.corners, w)
     }
 
     /// Volume between the facet and the origin, positive where the normal points away from it. Exact: the integrand has degree 4.
@@ -113,29 +115,8 @@ impl QuadraticTriangle {
 
     /// Parameters of the point that is nearest to `p`, from a start inside the triangle.
     pub fn nearest(&self, p: DVec3, start: DVec2) -> DVec2 {
-        let q = self.polynomial();
-        let distance = |w: DVec2| q.at(w).distance_squared(p);
-        let mut best = (distance(start), start);
-        if let Some(w) = newton(&q, p, start) {
-            let d = distance(w);
-            if d <= best.0 {
-                return w;
-            }
-        }
-        // The way leads out of the triangle: the nearest point is on one of its sides.
-        let corner = [DVec2::ZERO, DVec2::X, DVec2::Y];
-        for k in 0..3 {
-            let (a, b) = (corner[k], corner[(k + 1) % 3]);
-            let along = (start - a).dot(b - a) / (b - a).length_squared();
-            let w = a + (b - a) * newton_on_side(&q, p, a, b, along.clamp(0.0, 1.0));
-            for w in [w, a] {
-                let d = distance(w);
-                if d < best.0 {
-                    best = (d, w);
-                }
-            }
-        }
-        best.1
+        let sags = [0, 1, 2].map(|k| self.sag(k));
+        nearest_parameters(&self.polynomial(), &self.corners, &sags, p, start)
     }
 
     fn polynomial(&self) -> Polynomial {
@@ -150,6 +131,55 @@ impl QuadraticTriangle {
             pvv: 2.0 * a + 2.0 * c - 4.0 * ca,
         }
     }
+}
+
+/// See [`QuadraticTriangle::normal`].
+fn unit_normal(q: &Polynomial, corners: &[DVec3; 3], w: DVec2) -> DVec3 {
+    let flat = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
+    let n = q.du(w).cross(q.dv(w));
+    if n.dot(flat) > FOLDED_COS * n.length() * flat.length() {
+        n.normalize_or_zero()
+    } else {
+        flat.normalize_or_zero()
+    }
+}
+
+/// See [`QuadraticTriangle::nearest`]. `sags`: how far each side's mid-side point lies off its middle.
+fn nearest_parameters(
+    q: &Polynomial,
+    corners: &[DVec3; 3],
+    sags: &[f64; 3],
+    p: DVec3,
+    start: DVec2,
+) -> DVec2 {
+    let distance = |w: DVec2| q.at(w).distance_squared(p);
+    let mut best = (distance(start), start);
+    if let Some(w) = newton(q, p, start) {
+        let d = distance(w);
+        if d <= best.0 {
+            return w;
+        }
+    }
+    // The way leads out of the triangle: the nearest point is on one of its sides.
+    let corner = [DVec2::ZERO, DVec2::X, DVec2::Y];
+    for k in 0..3 {
+        // No point of a side is further from its chord than its sag, so that a chord far off leaves the side out.
+        let chord = nearest_on_segment(corners[k], corners[(k + 1) % 3], p).distance(p);
+        let least = chord - sags[k];
+        if least > 0.0 && least * least > best.0 * ROUNDING {
+            continue;
+        }
+        let (a, b) = (corner[k], corner[(k + 1) % 3]);
+        let along = (start - a).dot(b - a) / (b - a).length_squared();
+        let w = a + (b - a) * newton_on_side(q, p, a, b, along.clamp(0.0, 1.0));
+        for w in [w, a] {
+            let d = distance(w);
+            if d < best.0 {
+                best = (d, w);
+            }
+        }
+    }
+    best.1
 }
 
 /// Newton's method for the nearest point; `None` where it leaves the triangle or does not settle.
@@ -167,7 +197,8 @@ fn newton(q: &Polynomial, p: DVec3, start: DVec2) -> Option<DVec2> {
         // Where the full Hessian is not positive definite, Gauss and Newton's part of it still goes downhill.
         let full = huu * hvv - huv * huv;
         let gauss = guu * gvv - guv * guv;
-        let (uu, uv, vv, det) = if full > 1e-3 * gauss && huu > 0.0 {
+        let quadratic = full > 1e-3 * gauss && huu > 0.0;
+        let (uu, uv, vv, det) = if quadratic {
             (huu, huv, hvv, full)
         } else {
             (guu, guv, gvv, gauss)
@@ -183,7 +214,8 @@ fn newton(q: &Polynomial, p: DVec3, start: DVec2) -> Option<DVec2> {
         if !(w.x >= -0.5 && w.y >= -0.5 && w.x + w.y <= 1.5) {
             return None;
         }
-        if step.length_squared() < 1e-28 {
+        let moved = step.length_squared();
+        if moved < 1e-28 || (quadratic && moved < LAST_STEP) {
             break;
         }
     }
@@ -199,14 +231,15 @@ fn newton_on_side(q: &Polynomial, p: DVec3, a: DVec2, b: DVec2, start: f64) -> f
         let w = a + d * s;
         let (r, t) = (q.at(w) - p, q.du(w) * d.x + q.dv(w) * d.y);
         let (speed, full) = (t.dot(t), t.dot(t) + r.dot(bend));
-        let slope = if full > 1e-3 * speed { full } else { speed };
+        let quadratic = full > 1e-3 * speed;
+        let slope = if quadratic { full } else { speed };
         if slope <= 0.0 {
             break;
         }
         let next = (s - r.dot(t) / slope).clamp(0.0, 1.0);
         let moved = (next - s).abs();
         s = next;
-        if moved < 1e-14 {
+        if moved < 1e-14 || (quadratic && moved * moved < LAST_STEP) {
             break;
         }
     }

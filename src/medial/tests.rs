@@ -3,7 +3,7 @@ use crate::geom::random::Pcg;
 use crate::stage::adjacency::adjacency;
 use crate::stage::pair::{PairOptions, pair, sight};
 use crate::test_parts::tube_brep;
-use crate::test_parts::voxels::{self, Filled, ell, plate, tee, wedge};
+use crate::test_parts::voxels::{self, Filled, ell, plate, step_plate, tee, wedge};
 
 fn read(brep: &Brep) -> (Aag, Pairing) {
     let aag = adjacency(brep);
@@ -191,4 +191,46 @@ fn places_turn_and_scale_with_the_part() {
             assert!(q.distance(wanted) < 1e-6, "{q} {wanted}");
         }
     }
+}
+
+#[test]
+fn the_middle_climbs_a_step_along_the_parabola() {
+    // From 1 below the thin side to 2 below the thick one: as far from the inner edge (20, 2) as from the bottom.
+    let solid = step_plate();
+    let (aag, pairing) = read(&solid.brep);
+    let medial = Medial::new(&solid.brep, &aag, &pairing);
+    let wall = WallId(0);
+    let wanted = |x: f64| match x - 20.0 {
+        d if d < 0.0 => 1.0,
+        d if d < 2.0 => 1.0 + d * d / 4.0,
+        _ => 2.0,
+    };
+    let mut on_slope = 0;
+    // Beyond the ends of the edge, at y = 0 and 24, it goes on.
+    for p in points(DVec3::new(15.0, -1.0, 0.8), DVec3::new(26.0, 25.0, 1.6)) {
+        let placed = medial.place(p, &[Support::Mid(wall)]);
+        assert!((placed.z - wanted(placed.x)).abs() < 1e-8, "{p} {placed}");
+        assert!((placed.y - p.y).abs() < 1e-9, "{p} {placed}");
+        let t = medial.thickness(placed, wall).unwrap();
+        assert!((t - 2.0 * placed.z).abs() < 1e-8, "{placed}: {t}");
+        let n = medial.normal(placed, wall).unwrap();
+        let slope = if placed.x > 20.0 && placed.x < 22.0 {
+            (placed.x - 20.0) / 2.0
+        } else {
+            0.0
+        };
+        // The ends of the parabola have a kink: to rounding either slope is right there.
+        if (placed.x - 22.0).abs() > 1e-6 {
+            assert!((n.x / n.z + slope).abs() < 1e-7, "{placed} {n}");
+        }
+        on_slope += u32::from(slope > 0.0);
+    }
+    assert!(on_slope > 20);
+    // A rim meets it at the end of the plate.
+    let end = Support::Face(solid.face(|p| p.y == 0.0));
+    let rim = medial.place(DVec3::new(21.0, 0.3, 1.2), &[Support::Mid(wall), end]);
+    assert!(
+        rim.y.abs() < 1e-9 && (rim.z - wanted(rim.x)).abs() < 1e-8,
+        "{rim}"
+    );
 }

@@ -111,6 +111,21 @@ impl Brep {
         faults
     }
 
+    /// Euler characteristic of the boundary's facets, V - E + F: vertices that a facet uses, sides counted once each.
+    pub fn euler(&self) -> i64 {
+        let mut vertices: Vec<VertexId> = self.facets.iter().flat_map(|f| f.corners).collect();
+        vertices.sort_unstable();
+        vertices.dedup();
+        let sides = self.facets.iter().flat_map(|f| {
+            let [a, b, c] = f.corners;
+            [[a, b], [b, c], [c, a]].map(|[p, q]| [p.min(q), p.max(q)])
+        });
+        let mut sides: Vec<[VertexId; 2]> = sides.collect();
+        sides.sort_unstable();
+        sides.dedup();
+        vertices.len() as i64 - sides.len() as i64 + self.facets.len() as i64
+    }
+
     /// Volume enclosed by the flat facets, mm³.
     pub fn volume(&self) -> f64 {
         self.facets

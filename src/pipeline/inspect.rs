@@ -5,7 +5,7 @@
 use super::clock::Clock;
 use super::error::PipelineError;
 use super::facts::{solid_facts, wall_facts};
-use super::{Progress, clean_complex, import_options, midsurface};
+use super::{Progress, clean, import_options, midsurface, untangled};
 use crate::import::{Piece, import_cad};
 use crate::inspection::{Inspection, SolidFacts};
 use crate::medial::Medial;
@@ -48,6 +48,6 @@ fn inspect_solid(
     let medial = Medial::new(brep, &found.aag, &found.pairing);
     let sizing = size::sizing(brep, &found.pairing, options.size, options.size_curvature);
     // Counted on the raw complex, every crumb of a sheet between two close junction curves would be one.
-    let clean = clean_complex(&found, &sizing, &medial, clock);
+    let clean = clean(untangled(&found, &medial, clock), &sizing, &medial, clock);
     Ok(wall_facts(facts, brep, &found, &clean))
 }

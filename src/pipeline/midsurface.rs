@@ -15,7 +15,7 @@ use crate::model::tet_graph::TetGraph;
 use crate::model::walls::{Aag, Pairing};
 use crate::stage::assess::{Assessment, assess};
 use crate::stage::pair::PairOptions;
-use crate::stage::{adjacency, collapse, decompose, extract, pair, role, unite, widen};
+use crate::stage::{adjacency, collapse, decompose, extract, pair, prune, role, unite, widen};
 
 /// Least widths of a wall that are tried, in thicknesses, the literature's first.
 const WIDTHS: [f64; 3] = [1.0, 0.5, 0.25];
@@ -60,7 +60,7 @@ pub(super) fn mid_surface(
     let aag = clock.time("adjacency", || adjacency::adjacency(brep));
     let sightings = clock.time("pair", || pair::sight(brep));
     let graph = clock.time("decompose", || TetGraph::new(&piece.tets));
-    let euler = euler_of_boundary(brep) as f64 / 2.0;
+    let euler = brep.euler() as f64 / 2.0;
     let source = Source {
         brep,
         graph,
@@ -157,6 +157,8 @@ fn candidate(
     let (complex, pairing) = clock.time("unite", || {
         let (complex, pairing) = unite::unite(complex, pairing, &medial);
         let medial = Medial::new(brep, aag, &pairing);
+        let complex = extract::place(complex, &medial);
+        let (complex, _) = prune::prune(complex, &medial);
         (extract::place(complex, &medial), pairing)
     });
     fault("unite", pairing.check().first())?;
@@ -181,13 +183,4 @@ fn fault<F: ToString>(stage: &'static str, first: Option<F>) -> Result<(), Pipel
             what: f.to_string(),
         }),
     }
-}
-
-/// V - E + F of the boundary facets.
-fn euler_of_boundary(brep: &Brep) -> i64 {
-    let mut vertices: Vec<_> = brep.facets.iter().flat_map(|f| f.corners).collect();
-    vertices.sort_unstable();
-    vertices.dedup();
-    // Closed: every side is shared by two facets.
-    vertices.len() as i64 - (brep.facets.len() * 3 / 2) as i64 + brep.facets.len() as i64
 }

@@ -13,6 +13,7 @@ pub use error::PipelineError;
 pub use inspect::inspect;
 pub use report::{RunReport, SolidReport};
 
+use crate::charts;
 use crate::geom::placer::Placer;
 use crate::import::{ImportOptions, Piece, import_cad};
 use crate::medial::Medial;
@@ -129,13 +130,24 @@ fn mesh_solid(
     dump.mid_surface(piece, &found)?;
     let medial = Medial::new(brep, &found.aag, &found.pairing);
     let sizing = size::sizing(brep, &found.pairing, options.size, options.size_curvature);
-    let clean = clean_complex(&found, &sizing, &medial, clock);
-    dump.complex("clean", &clean)?;
+    let fair = untangled(&found, &medial, clock);
+    dump.complex("fair", &fair)?;
     let field = field(&sizing, &medial);
+    let clean = clean(fair, &sizing, &medial, clock);
+    dump.complex("clean", &clean)?;
+    let options = RemeshOptions::default();
     let complex = clock.time("remesh", || {
-        remesh::remesh(clean, &field, &medial, &RemeshOptions::default()).0
+        remesh::remesh(clean, &field, &medial, &options).0
     });
     dump.complex("remeshed", &complex)?;
+    let complex = clock.time("charts", || {
+        charts::mesh_charts(&complex, &field, &medial).complex
+    });
+    dump.complex("charted", &complex)?;
+    let complex = clock.time("polish", || {
+        remesh::polish(complex, &field, &medial, &options)
+    });
+    dump.complex("polished", &complex)?;
     let mesh = clock.time("shell", || {
         shell::shell(brep, &found.pairing, &medial, &complex)
     });
@@ -151,17 +163,10 @@ fn field<'a>(
     |p, w| sizing.at(medial.curvature_radius(p, w), medial.mean_thickness(w))
 }
 
-/// The raw complex untangled, and without what is far smaller than an element.
-fn clean_complex(
-    found: &MidSurface,
-    sizing: &size::Sizing,
-    medial: &Medial<'_>,
-    clock: &mut Clock<'_>,
-) -> MidComplex {
-    let field = field(sizing, medial);
-    let shortest = |p: DVec3, w: WallId| sizing.speck(field(p, w));
+/// The raw complex untangled.
+fn untangled(found: &MidSurface, medial: &Medial<'_>, clock: &mut Clock<'_>) -> MidComplex {
     let thickness = |w: WallId| medial.mean_thickness(w);
-    let fair = clock.time("fair", || {
+    clock.time("fair", || {
         let (complex, _) = fair::fair(found.complex.clone(), medial);
         let mut complex = connected(complex, |c| remesh::merge_strips(c, &thickness, medial));
         for _ in 0..KNOT_ROUNDS {
@@ -173,7 +178,18 @@ fn clean_complex(
             complex = connected(complex, |c| remesh::contract_turned(c, medial));
         }
         complex
-    });
+    })
+}
+
+/// The complex without what is far smaller than an element.
+fn clean(
+    fair: MidComplex,
+    sizing: &size::Sizing,
+    medial: &Medial<'_>,
+    clock: &mut Clock<'_>,
+) -> MidComplex {
+    let field = field(sizing, medial);
+    let shortest = |p: DVec3, w: WallId| sizing.speck(field(p, w));
     clock.time("clean", || remesh::clean(fair, &shortest, medial))
 }
 

@@ -17,6 +17,8 @@ const THIN: f64 = 2.5;
 const NEAR: f64 = 0.35;
 /// A sample is astray where its two distances differ by more than this share of their sum.
 const ASTRAY: f64 = 0.1;
+/// A piece of boundary faces a direction within this cosine; a lateral face faces neither.
+const FACING_COS: f64 = 0.5;
 
 /// Nearer to a junction or crease than this many thicknesses the two distances say nothing.
 const AWAY: f64 = 1.5;
@@ -97,6 +99,21 @@ fn astray(brep: &Brep, complex: &MidComplex) -> f64 {
         .collect();
     let special = TriangleBvh::new(&special);
     let triangles = corners(complex);
+    let outward: Vec<DVec3> = boundary
+        .iter()
+        .map(|[a, b, c]| (*b - *a).cross(*c - *a).normalize_or_zero())
+        .collect();
+    // Whether the boundary that faces `n` is as far from `p` as the boundary that faces away from it.
+    let midway = |p: DVec3, n: DVec3, reach: f64| {
+        let distance = |n: DVec3| {
+            bvh.nearest_where(p, reach, |i| outward[i].dot(n) > FACING_COS)
+                .map(|near| near.distance)
+        };
+        let (Some(d), Some(e)) = (distance(n), distance(-n)) else {
+            return false;
+        };
+        (d - e).abs() <= ASTRAY * (d + e)
+    };
     let judged: Vec<(f64, bool)> = triangles
         .par_iter()
         .map(|[a, b, c]| {
@@ -110,7 +127,8 @@ fn astray(brep: &Brep, complex: &MidComplex) -> f64 {
                     if special.nearest_within(p, AWAY * (d + e)).is_some() {
                         return (0.0, false);
                     }
-                    (d - e).abs() > ASTRAY * (d + e)
+                    // On the slope over a step the rays miss the nearest points: there the distances proper are asked.
+                    (d - e).abs() > ASTRAY * (d + e) && !midway(p, n, d + e)
                 }
                 _ => true,
             };

@@ -58,7 +58,13 @@ pub enum MeshError {
     /// A triangle lies against the old surface.
     #[error("new triangle {0} is turned over")]
     Inverted(u32),
+    /// The front would make more points than the patch has room for.
+    #[error("more than {0} points: lengths in the chart say nothing about those in space")]
+    Crowded(usize),
 }
+
+/// A front makes at most this many times the points that a patch's area and border call for.
+const CROWDED: f64 = 4.0;
 
 /// New triangles for a patch.
 ///
@@ -80,7 +86,15 @@ pub fn triangulate(
     points
         .iter_mut()
         .for_each(|p| p.size = surface.snap.value(p.size));
-    let seeds = front::seeds(&surface, &points, &fixed.edges(), &|p| size(p, patch.wall));
+    let most = most_points(patch, &|p| size(p, patch.wall), points.len());
+    let seeds = front::seeds(
+        &surface,
+        &points,
+        &fixed.edges(),
+        &|p| size(p, patch.wall),
+        most,
+    )
+    .ok_or(MeshError::Crowded(most))?;
     points.extend(seeds);
     let names: Vec<u32> = fixed
         .corners
@@ -132,6 +146,25 @@ pub fn triangulate(
         return Err(MeshError::Topology { before, after });
     }
     Ok(mesh)
+}
+
+/// Most points that the inside of a patch can want: a few times what its area holds. Where its triangles are folded, a length in space is far
+/// shorter than it looks in the chart, and a front would fill the patch for ever.
+fn most_points(patch: &Patch, size: &dyn Fn(DVec3) -> f64, fixed: usize) -> usize {
+    let wanted: f64 = (patch.triangles.iter())
+        .map(|t| {
+            let [a, b, c] = t.map(|c| patch.points[c as usize]);
+            let side = size((a + b + c) / 3.0);
+            let area = (b - a).cross(c - a).length() / 2.0;
+            // A node has two triangles.
+            if side > 0.0 {
+                area / (side * side * 3f64.sqrt() / 2.0)
+            } else {
+                1.0
+            }
+        })
+        .sum();
+    (CROWDED * (wanted + fixed as f64)) as usize
 }
 
 /// What stays of a patch, counted anew.

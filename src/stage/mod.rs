@@ -11,6 +11,7 @@ pub mod fair;
 pub mod flatten;
 pub mod pair;
 pub mod patch;
+pub mod prune;
 pub mod quads;
 pub mod quality;
 pub mod remesh;

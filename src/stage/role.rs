@@ -9,7 +9,7 @@ const ROUNDS: usize = 3;
 
 /// Roles from adjacency and pairs.
 ///
-/// A wall side stands for itself. A face between walls of one side (fillet, chamfer, boss wall) stands for all of them. A face between opposing
+/// A wall side stands for itself, and so does the riser of a step, which is part of one. A face between walls of one side (fillet, chamfer, boss wall) stands for all of them. A face between opposing
 /// walls is lateral and stands for none: there the mid-surface ends. Cost: linear in the arcs.
 pub fn roles(aag: &Aag, pairing: &Pairing) -> FaceRoles {
     let faces = aag.area.len();

@@ -1,10 +1,12 @@
 //! Shell: the finished mid-complex as a shell mesh: sheets, orientation, thickness, provenance.
 
+use crate::geom::orient::orient;
 use crate::geom::placer::Placer;
 use crate::medial::{Foot, Medial};
 use crate::model::brep::Brep;
-use crate::model::complex::{EdgeKind, MidComplex, MidEdge};
-use crate::model::ids::{Id, IndexVec, NodeId, SheetId, TriangleId, WallId};
+use crate::model::complex::{EdgeKind, MidComplex, MidEdge, MidTriangle};
+use crate::model::disjoint::Disjoint;
+use crate::model::ids::{IndexVec, NodeId, SheetId, TriangleId, WallId};
 use crate::model::shell::{Corners, Element, Sheet, ShellMesh};
 use crate::model::walls::Pairing;
 use glam::DVec3;
@@ -22,13 +24,15 @@ pub fn shell(
     medial: &Medial<'_>,
     complex: &MidComplex,
 ) -> ShellMesh {
+    let mut complex = complex.clone();
+    orient(&mut complex, medial);
     let edges = complex.edges();
-    let (sheet_of, flipped, sheets) = sheets(complex, &edges, medial);
+    let (sheet_of, walls) = sheets(&complex, &edges);
     let mut order: Vec<TriangleId> = complex.triangles.ids().collect();
     order.sort_by_key(|&t| (sheet_of[t], t));
     let elements: Vec<Element> = order
         .par_iter()
-        .map(|&t| element(brep, medial, complex, t, sheet_of[t], flipped[t]))
+        .map(|&t| element(brep, medial, complex.triangles[t], &complex, sheet_of[t]))
         .collect();
     let tags = |faces: &[crate::model::ids::FaceId]| {
         faces.iter().map(|&f| brep.faces[f].tag).collect::<Vec<_>>()
@@ -36,9 +40,9 @@ pub fn shell(
     let mut mesh = ShellMesh {
         nodes: complex.nodes.iter().map(|n| n.point).collect(),
         elements: elements.into(),
-        sheets: sheets
-            .into_iter()
-            .map(|wall| Sheet {
+        sheets: walls
+            .iter()
+            .map(|&wall| Sheet {
                 solid_tag: brep.solid_tag,
                 wall,
                 sides: [0, 1].map(|s| tags(&pairing.walls[wall].sides[s])),
@@ -58,87 +62,38 @@ pub fn shell(
     mesh
 }
 
-/// Sheet and orientation of every triangle: breadth first over inner edges; the first triangle of a sheet looks to its wall's first side.
+/// The sheet of every triangle, and the wall of every sheet: pieces that hang together over inner edges, in the order of their first triangles.
 fn sheets(
     complex: &MidComplex,
     edges: &[MidEdge],
-    medial: &Medial<'_>,
-) -> (
-    IndexVec<TriangleId, SheetId>,
-    IndexVec<TriangleId, bool>,
-    Vec<WallId>,
-) {
-    let mut neighbours: IndexVec<TriangleId, smallvec::SmallVec<[(TriangleId, bool); 3]>> =
-        IndexVec::filled(smallvec::SmallVec::new(), complex.triangles.len());
-    let runs = |t: TriangleId, ends: [NodeId; 2]| {
-        let n = complex.triangles[t].nodes;
-        (0..3).any(|k| n[k] == ends[0] && n[(k + 1) % 3] == ends[1])
-    };
+) -> (IndexVec<TriangleId, SheetId>, IndexVec<SheetId, WallId>) {
+    let mut pieces = Disjoint::new(complex.triangles.len());
     for edge in edges.iter().filter(|e| complex.kind(e) == EdgeKind::Inner) {
-        let (a, b) = (edge.triangles[0], edge.triangles[1]);
-        let same_way = runs(a, edge.ends) == runs(b, edge.ends);
-        neighbours[a].push((b, same_way));
-        neighbours[b].push((a, same_way));
+        pieces.join(edge.triangles[0].0, edge.triangles[1].0);
     }
-    let mut sheet_of = IndexVec::filled(SheetId(u32::MAX), complex.triangles.len());
-    let mut flipped = IndexVec::filled(false, complex.triangles.len());
-    let mut walls = Vec::new();
-    for seed in complex.triangles.ids() {
-        if sheet_of[seed] != SheetId(u32::MAX) {
-            continue;
-        }
-        let sheet = SheetId::new(walls.len());
-        let wall = complex.triangles[seed].wall;
-        walls.push(wall);
-        sheet_of[seed] = sheet;
-        let mut members = vec![seed];
-        let mut at = 0;
-        while at < members.len() {
-            let t = members[at];
-            at += 1;
-            for &(u, same_way) in &neighbours[t] {
-                if sheet_of[u] == SheetId(u32::MAX) {
-                    sheet_of[u] = sheet;
-                    // Two triangles that run along their common edge the same way look to different sides.
-                    flipped[u] = flipped[t] ^ same_way;
-                    members.push(u);
-                }
-            }
-        }
-        // The sheet as a whole looks to the first side of its wall: every triangle votes with its area.
-        let vote: f64 = members
-            .iter()
-            .map(|&t| {
-                let p = complex.triangles[t].nodes.map(|n| complex.nodes[n].point);
-                let area = (p[1] - p[0]).cross(p[2] - p[0]) * if flipped[t] { -1.0 } else { 1.0 };
-                medial
-                    .normal((p[0] + p[1] + p[2]) / 3.0, wall)
-                    .map_or(0.0, |n| n.dot(area))
-            })
-            .sum();
-        if vote < 0.0 {
-            for t in members {
-                flipped[t] = !flipped[t];
-            }
-        }
+    let mut walls = IndexVec::new();
+    let mut sheet_of: IndexVec<TriangleId, SheetId> = IndexVec::new();
+    for (t, triangle) in complex.triangles.enumerated() {
+        // The lowest member stands for its piece, and comes first.
+        let first = TriangleId(pieces.find(t.0));
+        let sheet = if first == t {
+            walls.push(triangle.wall)
+        } else {
+            sheet_of[first]
+        };
+        sheet_of.push(sheet);
     }
-    (sheet_of, flipped, walls)
+    (sheet_of, walls)
 }
 
 fn element(
     brep: &Brep,
     medial: &Medial<'_>,
+    triangle: MidTriangle,
     complex: &MidComplex,
-    t: TriangleId,
     sheet: SheetId,
-    flipped: bool,
 ) -> Element {
-    let triangle = complex.triangles[t];
-    let mut nodes = triangle.nodes;
-    if flipped {
-        nodes.swap(1, 2);
-    }
-    let wall = triangle.wall;
+    let MidTriangle { nodes, wall } = triangle;
     let mean = medial.mean_thickness(wall);
     let at = |n: NodeId| {
         medial

@@ -17,6 +17,8 @@ const MOST_TRIANGLES: f64 = 40_000.0;
 const CHORD: f64 = 0.01;
 /// Curvature alone never asks for edges shorter than this share of the thickness: a shell element shorter than half of it is none.
 const SHORTEST: f64 = 0.5;
+/// What curvature asks for is a bound, but edges come out this much about the wanted length: it is asked for that much shorter.
+const EVENNESS: f64 = 0.9;
 /// Edges below this share of the wanted length are specks of the raw complex, to be contracted before meshing.
 const SPECK: f64 = 0.2;
 
@@ -68,7 +70,7 @@ impl Sizing {
                 .sqrt()
                 .max(SHORTEST * thickness),
         };
-        curved.min(self.target)
+        (EVENNESS * curved).min(self.target)
     }
 
     /// Edges shorter than this are specks where edges of `size` are wanted, mm.

@@ -4,6 +4,10 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
 mod calculix;
+#[path = "../common/mod.rs"]
+mod common;
+mod deck;
+mod fixture_decks;
 mod meshes;
 mod seen;
 mod tools;

@@ -157,12 +157,21 @@ pub fn all() -> Vec<(&'static str, ShellMesh)> {
     ]
 }
 
+/// What a plate is made of.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Kind {
+    Quads,
+    Triangles,
+    /// Two columns of quads, two of triangles, and so on.
+    Mixed,
+}
+
 /// A plate of `cells` between (0, 0) and `size`, quads or pairs of triangles, with a thickness that depends on x; node `i * (cells[1] + 1) + j` is the `j`-th across.
 pub fn plate(
     size: [f64; 2],
     cells: [u32; 2],
     thickness: impl Fn(f64) -> f64,
-    triangles: bool,
+    kind: Kind,
 ) -> ShellMesh {
     let [along, across] = cells;
     let mut nodes = Vec::new();
@@ -180,6 +189,11 @@ pub fn plate(
         for j in 0..across {
             let at = |di: u32, dj: u32| (i + di) * (across + 1) + j + dj;
             let [a, b, c, d] = [at(0, 0), at(1, 0), at(1, 1), at(0, 1)];
+            let triangles = match kind {
+                Kind::Quads => false,
+                Kind::Triangles => true,
+                Kind::Mixed => i / 2 % 2 == 1,
+            };
             match (triangles, (i + j) % 2) {
                 (false, _) => corners.push(vec![a, b, c, d]),
                 // Alternate diagonals: all one way would favour a direction.

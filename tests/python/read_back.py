@@ -8,6 +8,7 @@ the numbering from 1: comparing is the caller's affair.
 
 import json
 import sys
+import tempfile
 
 # Element types with three and four corners, by their names in meshio.
 SHELLS = ("triangle", "quad")
@@ -139,12 +140,21 @@ def bdf_pynastran(path):
 def inp_meshio(path):
     import meshio
 
-    mesh = meshio.read(path)
-    nodes = [node(k + 1, at) for k, at in enumerate(mesh.points)]
-    elements = [
-        element(None, mesh.points[corners]) for block in mesh.cells for corners in block.data
-    ]
-    node_sets = {name: sorted(int(k) + 1 for k in of) for name, of in mesh.point_sets.items()}
+    # meshio knows six-node triangles by Abaqus' name alone.
+    with open(path) as deck, tempfile.NamedTemporaryFile("w", suffix=".inp") as copy:
+        copy.write(deck.read().replace("TYPE=S6,", "TYPE=STRI65,"))
+        copy.flush()
+        mesh = meshio.read(copy.name)
+    # Nodes in the middle of sides are no nodes of the mesh: the corners come first in an element.
+    count = {"triangle": 3, "quad": 4, "triangle6": 3, "quad8": 4}
+    cells = [c[: count[block.type]] for block in mesh.cells for c in block.data]
+    corners = {int(k) for c in cells for k in c}
+    nodes = [node(k + 1, at) for k, at in enumerate(mesh.points) if k in corners]
+    elements = [element(None, mesh.points[c]) for c in cells]
+    node_sets = {
+        name: sorted(int(k) + 1 for k in of if int(k) in corners)
+        for name, of in mesh.point_sets.items()
+    }
     return seen(nodes, elements, None, node_sets)
 
 

@@ -66,7 +66,8 @@ impl Skin {
                 });
                 faces.push(first_face + facet.face.0);
             }
-            characteristic += look_at_sides(solid, &facets[first..], &mut sharp);
+            sharp_sides(solid, &facets[first..], &mut sharp);
+            characteristic += solid.euler();
             let named = solid.facets.iter().map(|f| f.face.0 + 1).max();
             first_face += named.unwrap_or(0).max(solid.faces.len() as u32);
         }
@@ -198,10 +199,9 @@ fn area([a, b, c]: [DVec3; 3]) -> f64 {
     (b - a).cross(c - a).length() / 2.0
 }
 
-/// Euler characteristic of one boundary; its sharp sides go to `sharp`. `facets` are those of the solid, in its order.
-fn look_at_sides(solid: &Brep, facets: &[QuadraticTriangle], sharp: &mut Vec<[DVec3; 2]>) -> i64 {
+/// The sharp sides of one boundary go to `sharp`. `facets` are those of the solid, in its order.
+fn sharp_sides(solid: &Brep, facets: &[QuadraticTriangle], sharp: &mut Vec<[DVec3; 2]>) {
     let mut sides: Vec<(VertexId, VertexId, FacetId, u8)> = Vec::with_capacity(3 * facets.len());
-    let mut used = vec![false; solid.vertices.len()];
     for (id, facet) in solid.facets.enumerated() {
         for k in 0..3u8 {
             let (a, b) = (
@@ -209,7 +209,6 @@ fn look_at_sides(solid: &Brep, facets: &[QuadraticTriangle], sharp: &mut Vec<[DV
                 facet.corners[usize::from(k + 1) % 3],
             );
             sides.push((a.min(b), a.max(b), id, k));
-            used[a.index()] = true;
         }
     }
     sides.sort_unstable();
@@ -218,9 +217,7 @@ fn look_at_sides(solid: &Brep, facets: &[QuadraticTriangle], sharp: &mut Vec<[DV
         DVec2::splat(0.5),
         DVec2::new(0.0, 0.5),
     ];
-    let mut edges = 0;
     for run in sides.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1)) {
-        edges += 1;
         let normal = |s: &(VertexId, VertexId, FacetId, u8)| {
             facets[s.2.index()].normal(middle[usize::from(s.3)])
         };
@@ -231,7 +228,6 @@ fn look_at_sides(solid: &Brep, facets: &[QuadraticTriangle], sharp: &mut Vec<[DV
             sharp.push([mid, solid.vertices[run[0].1]]);
         }
     }
-    used.iter().filter(|u| **u).count() as i64 - edges + facets.len() as i64
 }
 
 /// Halves the sides of `at` that sag by more than `sag`, until none does.

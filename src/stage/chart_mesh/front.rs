@@ -27,13 +27,14 @@ pub(super) struct Point {
 }
 
 /// New points for the inside. `fixed` are the points already there, `edges` the fixed edges (as positions in `fixed`), with a mark whether
-/// both sides of the edge are inside; `size` tells the wanted edge length, mm, at a point in space.
+/// both sides of the edge are inside; `size` tells the wanted edge length, mm, at a point in space. `None` where they would be more than `most`.
 pub(super) fn seeds(
     surface: &Surface,
     fixed: &[Point],
     edges: &[([u32; 2], bool)],
     size: &dyn Fn(DVec3) -> f64,
-) -> Vec<Point> {
+    most: usize,
+) -> Option<Vec<Point>> {
     let places: Vec<DVec2> = fixed.iter().map(|p| p.place).collect();
     let typical = edges
         .iter()
@@ -67,8 +68,11 @@ pub(super) fn seeds(
     }
     while let Some((from, direction)) = queue.pop_front() {
         front.around(from, direction, &mut queue);
+        if front.points.len() > fixed.len() + most {
+            return None;
+        }
     }
-    front.points.split_off(fixed.len())
+    Some(front.points.split_off(fixed.len()))
 }
 
 struct Front<'a> {

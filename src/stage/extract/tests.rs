@@ -164,17 +164,15 @@ fn a_closed_box_becomes_a_closed_box() {
 }
 
 #[test]
-fn a_step_of_thickness_has_two_levels() {
+fn a_step_of_thickness_is_one_sheet_along_its_parabola() {
     let solid = voxels::step_plate();
     let complex = stages(&solid).complex();
     for n in &complex.nodes {
         let p = n.point;
-        if p.x < 16.0 {
-            assert!(near(p.z, 1.0), "{p}");
-        } else if p.x > 24.0 {
-            assert!(near(p.z, 2.0), "{p}");
-        }
+        let beyond = (p.x - 20.0).clamp(0.0, 2.0);
+        assert!((p.z - 1.0 - beyond * beyond / 4.0).abs() < 1e-6, "{p}");
     }
+    assert_eq!(length(&complex, EdgeKind::Crease, |_| true), 0.0);
 }
 
 #[test]

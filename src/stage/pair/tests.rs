@@ -1,6 +1,7 @@
 //! Closed forms for every step of pairing.
 
 mod gates;
+mod risers;
 mod sight;
 mod walls;
 

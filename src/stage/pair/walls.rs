@@ -1,9 +1,10 @@
 //! Walls: pairs joined where they continue each other smoothly on both sides.
 //!
-//! A face group pair (FGP) is a connected component of the pair graph, two-coloured. A wall is smaller: the pairs of it whose mid-surface is one
-//! smooth surface. Across a sharp corner, and across a step of thickness, one wall ends and another begins, because there the sheets are
-//! to be extended until they meet instead of following the nearest face round the corner.
+//! A face group pair (FGP) is a connected component of the pair graph, two-coloured. A wall is smaller: the pairs of it whose mid-surface is
+//! one sheet. Across a sharp corner one wall ends and another begins, because there the sheets are to be extended until they meet instead of
+//! following the nearest face round the corner. Across a step of thickness the wall goes on, with the riser on its side.
 
+use super::risers::{Step, steps};
 use crate::model::brep::Brep;
 use crate::model::ids::{FaceId, Id, IndexVec, WallId};
 use crate::model::walls::{Aag, Convexity, FacePair, Pairing, Wall};
@@ -21,7 +22,7 @@ pub(super) fn walls(brep: &Brep, aag: &Aag, mut pairs: Vec<FacePair>) -> Pairing
             of_face[f].push(i as u32);
         }
     }
-    let side = colour(aag, &pairs, &of_face);
+    let mut side = colour(aag, &pairs, &of_face);
     let mut union = Union::new(&pairs);
 
     // Pairs over a tangent joint: the other faces must be the same or tangent as well.
@@ -66,6 +67,25 @@ pub(super) fn walls(brep: &Brep, aag: &Aag, mut pairs: Vec<FacePair>) -> Pairing
             }
         }
     }
+    // Pairs before and behind a step.
+    let mut risers: Vec<(FaceId, u32, FaceId)> = Vec::new();
+    for step in steps(brep, aag, &pairs, &of_face) {
+        let [i, j] = step.pairs;
+        let [a, c] = step.faces;
+        if merge_groups(&mut side, a, c) && union.join(&pairs, i, j, a, c) {
+            let opposite = other(&pairs[i as usize], a);
+            let Step {
+                risers: own,
+                opposite: far,
+                ..
+            } = step;
+            risers.extend(own.into_iter().map(|f| (f, i, a)));
+            risers.extend(far.into_iter().map(|f| (f, i, opposite)));
+        }
+    }
+    for &(f, _, like) in &risers {
+        side[f] = side[f].or(side[like]);
+    }
 
     let mut walls: IndexVec<WallId, Wall> = IndexVec::new();
     let mut wall_of_root = vec![None; pairs.len()];
@@ -78,6 +98,15 @@ pub(super) fn walls(brep: &Brep, aag: &Aag, mut pairs: Vec<FacePair>) -> Pairing
         w.sides[usize::from(!flipped)].push(b);
         w.group = side[a].map_or(0, |s| s.0);
         pairs[i as usize].wall = wall;
+    }
+    for &(f, i, like) in &risers {
+        let (_, flipped) = union.find(i);
+        let w = &mut walls[pairs[i as usize].wall];
+        let second = (pairs[i as usize].faces[1] == like) ^ flipped;
+        // A riser that two steps claim for opposite sides belongs to the first of them.
+        if !w.sides[usize::from(!second)].contains(&f) {
+            w.sides[usize::from(second)].push(f);
+        }
     }
     for (id, w) in walls.as_mut_slice().iter_mut().enumerate() {
         for s in &mut w.sides {
@@ -98,7 +127,8 @@ pub(super) fn walls(brep: &Brep, aag: &Aag, mut pairs: Vec<FacePair>) -> Pairing
     }
 }
 
-fn other(pair: &FacePair, face: FaceId) -> FaceId {
+/// The mate of `face` in `pair`.
+pub(super) fn other(pair: &FacePair, face: FaceId) -> FaceId {
     if pair.faces[0] == face {
         pair.faces[1]
     } else {
@@ -140,6 +170,22 @@ fn colour(
     side
 }
 
+/// Gives the group of `c` to that of `a`, with `a` and `c` in one colour; says whether they are.
+fn merge_groups(side: &mut IndexVec<FaceId, Option<(u32, u8)>>, a: FaceId, c: FaceId) -> bool {
+    let (Some((g, s)), Some((h, r))) = (side[a], side[c]) else {
+        return false;
+    };
+    if g == h {
+        return s == r;
+    }
+    for (group, colour) in side.as_mut_slice().iter_mut().flatten() {
+        if *group == h {
+            (*group, *colour) = (g, *colour ^ s ^ r);
+        }
+    }
+    true
+}
+
 /// Union of oriented pairs: a set is one wall, and every pair knows whether it lies in it the other way round.
 struct Union {
     parent: Vec<u32>,
@@ -169,15 +215,15 @@ impl Union {
         (i, flipped)
     }
 
-    /// Joins the sets of pairs `i` and `j`, face `a` of `i` on the same side as face `c` of `j`.
-    fn join(&mut self, pairs: &[FacePair], i: u32, j: u32, a: FaceId, c: FaceId) {
+    /// Joins the sets of pairs `i` and `j`, face `a` of `i` on the same side as face `c` of `j`; says whether they are so joined.
+    fn join(&mut self, pairs: &[FacePair], i: u32, j: u32, a: FaceId, c: FaceId) -> bool {
         let ((ri, fi), (rj, fj)) = (self.find(i), self.find(j));
-        if ri == rj {
-            return;
-        }
         let side_a = (pairs[i as usize].faces[1] == a) ^ fi;
         let side_c = (pairs[j as usize].faces[1] == c) ^ fj;
         let turn = side_a != side_c;
+        if ri == rj {
+            return !turn;
+        }
         // The larger set stays, so that the paths stay short.
         let size = |r: u32| self.sides[r as usize].iter().map(Vec::len).sum::<usize>();
         let (keep, gone) = if (size(ri), rj) >= (size(rj), ri) {
@@ -192,7 +238,7 @@ impl Union {
                 .any(|f| far.binary_search(f).is_ok())
         });
         if both {
-            return;
+            return false;
         }
         self.parent[gone as usize] = keep;
         self.flipped[gone as usize] = turn;
@@ -203,5 +249,6 @@ impl Union {
             target.sort_unstable();
             target.dedup();
         }
+        true
     }
 }

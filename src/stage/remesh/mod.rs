@@ -27,6 +27,7 @@
 mod caps;
 mod contract;
 mod flip;
+mod forks;
 mod guide;
 mod job;
 mod knots;
@@ -35,11 +36,14 @@ mod shape;
 mod sizes;
 mod smooth;
 mod split;
+mod spurs;
+mod still;
 mod strata;
 mod strips;
 mod surface;
 #[cfg(test)]
 mod tests;
+mod zip;
 
 use crate::geom::orient::orient;
 use crate::geom::placer::Placer;
@@ -51,7 +55,7 @@ pub use strips::merge_strips;
 use contract::Bounds;
 use glam::DVec3;
 use guide::{GuideRules, Guides};
-use job::Job;
+use job::{Job, SizeField};
 use surface::Surface;
 
 /// How to remesh.
@@ -126,31 +130,7 @@ pub fn remesh(
     let mut job = start(complex, placer, options);
     job.refresh_references();
     job.place_all();
-    job.size = sizes::raw(&job, size);
-    let slack: IndexVec<NodeId, f64> = job
-        .surface
-        .points
-        .ids()
-        .map(|n| {
-            let p = job.surface.points[n];
-            let thickness = job
-                .surface
-                .walls(n)
-                .into_iter()
-                .filter_map(|w| placer.thickness(p, w))
-                .fold(f64::INFINITY, f64::min);
-            // Where no thickness is known the size stands for it.
-            let scale = if thickness.is_finite() && thickness > 0.0 {
-                thickness
-            } else {
-                job.size[n]
-            };
-            options.max_deviation * scale
-        })
-        .collect();
-    let size_at = job.size.clone();
-    trace(&mut job, &|n| slack[n], &|n| REACH * size_at[n], true);
-    sizes::renew(&mut job, size, false);
+    follow(&mut job, size);
     uncrumple(&mut job, Bounds::specks());
     uncrumple(&mut job, Bounds::stretched());
     for round in 0..options.rounds {
@@ -188,6 +168,21 @@ pub fn remesh(
     (job.surface.finish(), job.stats)
 }
 
+/// Mends the triangles that are out of shape, one by one, and leaves all others as they are; what is kept is kept as by [`remesh`].
+pub fn polish(
+    mut complex: MidComplex,
+    size: &(dyn Fn(DVec3, WallId) -> f64 + Sync),
+    placer: &dyn Placer,
+    options: &RemeshOptions,
+) -> MidComplex {
+    orient(&mut complex, placer);
+    let mut job = start(complex, placer, options);
+    job.refresh_references();
+    follow(&mut job, size);
+    polish::polish(&mut job);
+    job.surface.finish()
+}
+
 /// Contracts edges shorter than `shortest(point, wall)`, mm, and removes caps as low as a fifth of it, with the topology and the feature
 /// curves kept. Nodes that stay do not move.
 pub fn clean(
@@ -223,6 +218,35 @@ fn uncrumple(job: &mut Job, bounds: Bounds) {
         }
         job.refresh_references();
     }
+}
+
+/// Takes the sizes, and records the feature curves as they are at these.
+fn follow(job: &mut Job, size: SizeField) {
+    job.size = sizes::raw(job, size);
+    let slack: IndexVec<NodeId, f64> = job
+        .surface
+        .points
+        .ids()
+        .map(|n| {
+            let p = job.surface.points[n];
+            let thickness = job
+                .surface
+                .walls(n)
+                .into_iter()
+                .filter_map(|w| job.placer.thickness(p, w))
+                .fold(f64::INFINITY, f64::min);
+            // Where no thickness is known the size stands for it.
+            let scale = if thickness.is_finite() && thickness > 0.0 {
+                thickness
+            } else {
+                job.size[n]
+            };
+            job.options.max_deviation * scale
+        })
+        .collect();
+    let size_at = job.size.clone();
+    trace(job, &|n| slack[n], &|n| REACH * size_at[n], true);
+    sizes::renew(job, size, false);
 }
 
 fn start<'a>(complex: MidComplex, placer: &'a dyn Placer, options: &'a RemeshOptions) -> Job<'a> {

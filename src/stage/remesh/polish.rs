@@ -6,6 +6,7 @@ use super::job::Job;
 use super::shape::{angles, edge_ratio, quality};
 use super::smooth::{Target, accept, along, beside, placed, target};
 use super::split;
+use super::still::Still;
 use super::surface::{Class, key};
 use crate::model::ids::{NodeId, TriangleId};
 use glam::DVec3;
@@ -31,6 +32,7 @@ pub(super) fn is_bad(p: [DVec3; 3]) -> bool {
 
 /// Mends triangles, the worst first.
 pub(super) fn polish(job: &mut Job) {
+    let still = &mut Still::default();
     for _ in 0..PASSES {
         let mut bad: Vec<(u64, TriangleId)> = job
             .surface
@@ -41,7 +43,7 @@ pub(super) fn polish(job: &mut Job) {
         bad.sort_unstable();
         let mut mended = 0;
         for (_, t) in bad {
-            if job.surface.lives(t) && is_bad(job.surface.corners(t)) && mend(job, t) {
+            if job.surface.lives(t) && is_bad(job.surface.corners(t)) && mend(job, still, t) {
                 mended += 1;
             }
         }
@@ -51,11 +53,11 @@ pub(super) fn polish(job: &mut Job) {
     }
 }
 
-fn mend(job: &mut Job, t: TriangleId) -> bool {
+fn mend(job: &mut Job, still: &mut Still, t: TriangleId) -> bool {
     let nodes = job.surface.triangle(t).nodes;
     let mut done = false;
     for n in nodes {
-        done |= search(job, n);
+        done |= search(job, still, n);
     }
     if !is_bad(job.surface.corners(t)) {
         return true;
@@ -73,10 +75,10 @@ fn mend(job: &mut Job, t: TriangleId) -> bool {
             return true;
         }
     }
-    contract(job, short) || split_long(job, long) || done
+    contract(job, still, short) || split_long(job, still, long) || done
 }
 
-fn contract(job: &mut Job, [a, b]: [NodeId; 2]) -> bool {
+fn contract(job: &mut Job, still: &mut Still, [a, b]: [NodeId; 2]) -> bool {
     let bounds = Bounds {
         longest: LOOSE[1],
         ..Bounds::remesh()
@@ -88,7 +90,7 @@ fn contract(job: &mut Job, [a, b]: [NodeId; 2]) -> bool {
         {
             job.contract_edge(gone, kept);
             job.stats.contractions += 1;
-            search(job, kept);
+            search(job, still, kept);
             return true;
         }
     }
@@ -96,7 +98,7 @@ fn contract(job: &mut Job, [a, b]: [NodeId; 2]) -> bool {
 }
 
 /// Splits the longest edge where both halves are better than the worst triangle at it.
-fn split_long(job: &mut Job, [a, b]: [NodeId; 2]) -> bool {
+fn split_long(job: &mut Job, still: &mut Still, [a, b]: [NodeId; 2]) -> bool {
     if job.ratio(a, b) < 2.0 * LOOSE[0] {
         return false;
     }
@@ -115,12 +117,15 @@ fn split_long(job: &mut Job, [a, b]: [NodeId; 2]) -> bool {
         return false;
     }
     let m = split::apply(job, [a, b], new);
-    search(job, m);
+    search(job, still, m);
     true
 }
 
 /// Pattern search for the place of a node that makes the worst of its triangles better.
-fn search(job: &mut Job, n: NodeId) -> bool {
+fn search(job: &mut Job, still: &mut Still, n: NodeId) -> bool {
+    if still.holds(job, n) {
+        return false;
+    }
     let mut best = job.surface.quality_now(n);
     let mut moved = false;
     let mut attempt = |job: &mut Job, target: Option<Target>| -> bool {
@@ -161,6 +166,9 @@ fn search(job: &mut Job, n: NodeId) -> bool {
         if !any {
             step *= 0.5;
         }
+    }
+    if !moved {
+        still.record(job, n);
     }
     moved
 }

@@ -7,7 +7,10 @@
 //! Exception: where the link condition forbids a step the strip stays.
 
 use super::contract::keeps_homotopy;
+use super::forks::merge_forks;
+use super::spurs::trim_spurs;
 use super::surface::{Surface, key};
+use super::zip::zip;
 use crate::geom::placer::Placer;
 use crate::model::complex::{EdgeKind, MidComplex};
 use crate::model::disjoint::Disjoint;
@@ -24,16 +27,14 @@ const BLOCK: f64 = 0.75;
 /// A strip may end on rims; a sheet with more of its border on rims than this is a low rib, and stays.
 const RIM_SHARE: f64 = 0.25;
 
-/// Contracts every sheet that lies wholly inside a junction block. `thickness(wall)`: mean thickness, mm.
+/// Bridges slits, then contracts every sheet that lies wholly inside a junction block. `thickness(wall)`: mean thickness, mm.
 pub fn merge_strips(
-    complex: MidComplex,
+    mut complex: MidComplex,
     thickness: &dyn Fn(WallId) -> f64,
     placer: &dyn Placer,
 ) -> MidComplex {
+    zip(&mut complex, thickness);
     let strips = strips(&complex, thickness);
-    if strips.is_empty() {
-        return complex;
-    }
     let mut surface = Surface::new(complex);
     for _ in 0..PASSES {
         let mut left = false;
@@ -44,6 +45,8 @@ pub fn merge_strips(
             break;
         }
     }
+    merge_forks(&mut surface, thickness, placer);
+    trim_spurs(&mut surface);
     surface.finish()
 }
 

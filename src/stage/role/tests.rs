@@ -2,7 +2,7 @@ use super::*;
 use crate::model::ids::{CurveId, WallId};
 use crate::model::walls::{Arc, Convexity, FacePair};
 use crate::test_parts::stages::stages;
-use crate::test_parts::voxels::{plate, plate_with_block, tee};
+use crate::test_parts::voxels::{plate, plate_with_block, step_plate, tee};
 
 #[test]
 fn a_plate_has_two_sides_and_four_lateral_faces() {
@@ -15,6 +15,23 @@ fn a_plate_has_two_sides_and_four_lateral_faces() {
             roles.carries[f].as_slice(),
             if side { vec![f] } else { vec![] }
         );
+    }
+}
+
+#[test]
+fn a_riser_is_a_wall_side_and_ends_of_the_step_are_lateral() {
+    let solid = step_plate();
+    let roles = stages(&solid).roles;
+    let riser = solid.face(|p| p.x == 20.0);
+    assert_eq!(roles.role[riser], Role::WallSide);
+    assert_eq!(roles.carries[riser].as_slice(), [riser]);
+    for end in [
+        solid.face(|p| p.x == 0.0),
+        solid.face(|p| p.x == 40.0),
+        solid.face(|p| p.y == 0.0),
+        solid.face(|p| p.y == 24.0),
+    ] {
+        assert_eq!(roles.role[end], Role::Lateral);
     }
 }
 

@@ -1,5 +1,5 @@
 use super::*;
-use crate::model::ids::ElementId;
+use crate::model::ids::{ElementId, Id};
 use crate::test_parts::stages::stages;
 use crate::test_parts::voxels::{self, Filled, motion, thin_parts};
 use std::collections::BTreeMap;

@@ -69,12 +69,12 @@ fn on_curves_the_chord_stays_near_or_the_turn_is_divided() {
         per_turn,
     };
     // The sagitta of a chord h on radius R is h²/8R to first order.
-    let h = sizing(None).at(50.0, 2.0);
+    let h = sizing(None).at(50.0, 2.0) / EVENNESS;
     let sagitta = 50.0 - (50f64 * 50.0 - h * h / 4.0).sqrt();
     assert!((sagitta / 2.0 - CHORD).abs() < 1e-4, "{sagitta}");
     assert_eq!(sizing(None).at(f64::INFINITY, 2.0), 10.0);
-    assert_eq!(sizing(None).at(1e-6, 2.0), SHORTEST * 2.0);
+    assert_eq!(sizing(None).at(1e-6, 2.0), EVENNESS * SHORTEST * 2.0);
     let turn = std::f64::consts::TAU * 3.0;
-    assert!((sizing(Some(24.0)).at(3.0, 2.0) - turn / 24.0).abs() < 1e-12);
+    assert!((sizing(Some(24.0)).at(3.0, 2.0) - EVENNESS * turn / 24.0).abs() < 1e-12);
     assert_eq!(sizing(Some(24.0)).at(1e9, 2.0), 10.0);
 }

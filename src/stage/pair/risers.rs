@@ -1,0 +1,250 @@
+//! Risers: the small faces over which one side of a wall steps from one level to the next.
+//!
+//! Where a wall changes its thickness by a step, or is joggled by less than its thickness, the medial axis goes through the step as one sheet: it climbs along the parabola
+//! between the inner edge of the step and the opposite side. So the riser (with its fillets and chamfers) is a piece of the wall's side, and the walls before
+//! and behind it are one wall.
+//!
+//! A riser joins two paired faces, faces no mate itself, and lies at heights above the opposite side between the two thicknesses. A lateral face reaches down to
+//! the opposite side, a rib or a ridge rises above the thicker wall, a groove goes below the thinner one: none of these is a riser. Where the thickness more
+//! than trebles nothing is said: the thin wall then ends at a block.
+//!
+//! Cost: one nearest-point query a vertex of every unpaired face beside a paired one.
+
+use super::walls::other;
+use crate::model::brep::Brep;
+use crate::model::ids::{FaceId, FacetId, IndexVec};
+use crate::model::walls::{Aag, Convexity, FacePair};
+use crate::spatial::TriangleBvh;
+use glam::DVec3;
+use std::collections::BTreeMap;
+
+/// Greatest ratio of the two thicknesses: beyond it the thin wall ends at a block.
+const GREATEST_RATIO: f64 = 3.0;
+/// Heights may leave the range of the two thicknesses by this share: chords of curved facets do.
+const SLACK: f64 = 0.05;
+/// A joggle leaves at least this share of the thickness between its two inner edges, and rises by as much at most: what is left is a wall still.
+const LEAST_NECK: f64 = 0.5;
+/// Heights are measured plumb to the opposite side, to this cosine; under a slanted lateral face they are not.
+const PLUMB_COS: f64 = 0.8;
+/// Share of a riser's border that lies along the side that it continues: a chamfer at the rim of the thicker wall touches it with half of its border only.
+const LEAST_BORDER: f64 = 0.6;
+
+/// Two pairs that are one wall, over risers.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Step {
+    /// Indices of the pairs.
+    pub pairs: [u32; 2],
+    /// Face of the first pair, and of the second, on the side that steps.
+    pub faces: [FaceId; 2],
+    /// The faces between these two.
+    pub risers: Vec<FaceId>,
+    /// The faces between the other two, where the other side steps as well.
+    pub opposite: Vec<FaceId>,
+}
+
+/// Least and greatest height of a face above an opposite one; `None` where it is not plumb above it.
+type Height = Option<[f64; 2]>;
+
+struct Search<'a> {
+    brep: &'a Brep,
+    aag: &'a Aag,
+    of_face: &'a IndexVec<FaceId, Vec<u32>>,
+    facets: IndexVec<FaceId, Vec<FacetId>>,
+    surfaces: BTreeMap<FaceId, TriangleBvh>,
+    heights: BTreeMap<(FaceId, FaceId), Height>,
+}
+
+/// All steps, in order of their pairs.
+pub(super) fn steps(
+    brep: &Brep,
+    aag: &Aag,
+    pairs: &[FacePair],
+    of_face: &IndexVec<FaceId, Vec<u32>>,
+) -> Vec<Step> {
+    let mut facets = IndexVec::filled(Vec::new(), brep.faces.len());
+    for (id, f) in brep.facets.enumerated() {
+        facets[f.face].push(id);
+    }
+    let mut search = Search {
+        brep,
+        aag,
+        of_face,
+        facets,
+        surfaces: BTreeMap::new(),
+        heights: BTreeMap::new(),
+    };
+    let most = GREATEST_RATIO * (1.0 + SLACK);
+    let mut found = Vec::new();
+    for (i, p) in pairs.iter().enumerate() {
+        let t = p.thickness[1];
+        for a in p.faces {
+            let b = other(p, a);
+            // All that may be reached at all, then each goal under its own limits.
+            let range = [(t / most).min(LEAST_NECK * t), most * t];
+            for c in search.goals(a, b, range) {
+                for &j in &of_face[c] {
+                    let q = &pairs[j as usize];
+                    let d = other(q, c);
+                    let u = q.thickness[1];
+                    if c <= a || j as usize == i || t.max(u) > most * t.min(u) {
+                        continue;
+                    }
+                    found.extend(search.step([i as u32, j], [p, q], [a, c], [b, d]));
+                }
+            }
+        }
+    }
+    found
+}
+
+impl Search<'_> {
+    fn step(
+        &mut self,
+        pairs: [u32; 2],
+        [p, q]: [&FacePair; 2],
+        [a, c]: [FaceId; 2],
+        [b, d]: [FaceId; 2],
+    ) -> Option<Step> {
+        let (thin, thick) = (
+            p.thickness[0].min(q.thickness[0]),
+            p.thickness[2].max(q.thickness[2]),
+        );
+        let level = b == d
+            || self
+                .aag
+                .arcs_of(b)
+                .any(|x| x.convexity == Convexity::Smooth && Aag::across(x, b) == d);
+        let range = if level {
+            [thin * (1.0 - SLACK), thick * (1.0 + SLACK)]
+        } else {
+            let rise = (1.0 - LEAST_NECK) * thin;
+            [LEAST_NECK * thin, thick + rise * (1.0 + SLACK)]
+        };
+        let risers = self.between(a, c, b, range)?;
+        let opposite = if level {
+            Vec::new()
+        } else {
+            self.between(b, d, a, range)?
+        };
+        Some(Step {
+            pairs,
+            faces: [a, c],
+            risers,
+            opposite,
+        })
+    }
+
+    /// Unpaired faces that hang together with `a` and lie within the range of heights above `base`.
+    fn component(&mut self, a: FaceId, base: FaceId, range: [f64; 2]) -> Vec<Vec<FaceId>> {
+        let mut seen: Vec<FaceId> = Vec::new();
+        let mut all = Vec::new();
+        let aag = self.aag;
+        for seed in aag.arcs_of(a).map(|x| Aag::across(x, a)) {
+            if seen.contains(&seed) || !self.within(seed, base, range) {
+                continue;
+            }
+            let mut members = vec![seed];
+            let mut at = 0;
+            while at < members.len() {
+                let f = members[at];
+                at += 1;
+                for g in aag.arcs_of(f).map(|x| Aag::across(x, f)) {
+                    if !members.contains(&g) && self.within(g, base, range) {
+                        members.push(g);
+                    }
+                }
+            }
+            seen.extend(&members);
+            all.push(members);
+        }
+        all
+    }
+
+    /// Paired faces beyond the unpaired ones round `a`.
+    fn goals(&mut self, a: FaceId, base: FaceId, range: [f64; 2]) -> Vec<FaceId> {
+        let mut goals: Vec<FaceId> = self
+            .component(a, base, range)
+            .into_iter()
+            .flatten()
+            .flat_map(|f| self.aag.arcs_of(f).map(move |x| Aag::across(x, f)))
+            .filter(|&g| g != a && g != base && !self.of_face[g].is_empty())
+            .collect();
+        goals.sort_unstable();
+        goals.dedup();
+        goals
+    }
+
+    /// The risers from `a` to `c`, if there are any.
+    fn between(
+        &mut self,
+        a: FaceId,
+        c: FaceId,
+        base: FaceId,
+        range: [f64; 2],
+    ) -> Option<Vec<FaceId>> {
+        let mut risers = Vec::new();
+        for mut members in self.component(a, base, range) {
+            loop {
+                let before = members.len();
+                let kept = members.clone();
+                members.retain(|&f| {
+                    let along: f64 = self
+                        .aag
+                        .arcs_of(f)
+                        .filter(|x| {
+                            let g = Aag::across(x, f);
+                            g == a || g == c || kept.contains(&g)
+                        })
+                        .map(|x| x.length)
+                        .sum();
+                    along >= LEAST_BORDER * self.aag.perimeter[f]
+                });
+                if members.len() == before {
+                    break;
+                }
+            }
+            let touches = |g: FaceId| {
+                members
+                    .iter()
+                    .any(|&f| self.aag.arcs_of(f).any(|x| Aag::across(x, f) == g))
+            };
+            if touches(a) && touches(c) {
+                risers.extend(members);
+            }
+        }
+        risers.sort_unstable();
+        risers.dedup();
+        (!risers.is_empty()).then_some(risers)
+    }
+
+    fn within(&mut self, f: FaceId, base: FaceId, [low, high]: [f64; 2]) -> bool {
+        self.of_face[f].is_empty()
+            && self
+                .height(f, base)
+                .is_some_and(|[least, most]| least >= low && most <= high)
+    }
+
+    fn height(&mut self, f: FaceId, base: FaceId) -> Height {
+        if let Some(&known) = self.heights.get(&(f, base)) {
+            return known;
+        }
+        let (brep, own) = (self.brep, &self.facets[base]);
+        let bvh = self.surfaces.entry(base).or_insert_with(|| {
+            let corners: Vec<[DVec3; 3]> = own.iter().map(|&t| brep.corners(t)).collect();
+            TriangleBvh::new(&corners)
+        });
+        let mut range = Some([f64::INFINITY, 0.0f64]);
+        for v in self.facets[f].iter().flat_map(|&t| brep.facets[t].corners) {
+            let p = brep.vertices[v];
+            range = range.and_then(|[least, most]| {
+                let near = bvh.nearest(p)?;
+                let [x, y, z] = brep.corners(own[near.index]);
+                let normal = (y - x).cross(z - x).normalize_or_zero();
+                let plumb = (near.point - p).dot(normal) > PLUMB_COS * near.distance;
+                plumb.then_some([least.min(near.distance), most.max(near.distance)])
+            });
+        }
+        self.heights.insert((f, base), range);
+        range
+    }
+}

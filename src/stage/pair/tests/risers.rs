@@ -1,0 +1,142 @@
+use super::*;
+use crate::test_parts::voxels::{Filled, filled, lines, motion, plate_with_block, step_plate, tee};
+use glam::DVec3;
+
+/// The faces of each side of the only wall, the first side the one with `face`; `None` where there are more walls.
+fn only_wall(solid: &Filled, face: FaceId) -> Option<[Vec<FaceId>; 2]> {
+    let found = paired(&solid.brep);
+    if found.walls.len() != 1 {
+        return None;
+    }
+    let mut sides = found.walls.as_slice()[0].sides.clone();
+    if !sides[0].contains(&face) {
+        sides.swap(0, 1);
+    }
+    // The colours say the same as the sides.
+    for (s, t) in [(0, 0), (1, 1), (0, 1)] {
+        for f in &sides[s] {
+            for g in &sides[t] {
+                assert_eq!(found.side[*f] == found.side[*g], s == t);
+                assert_eq!(found.opposing(*f, *g), s != t);
+            }
+        }
+    }
+    Some(sides)
+}
+
+fn ids(mut faces: Vec<FaceId>) -> Vec<FaceId> {
+    faces.sort_unstable();
+    faces
+}
+
+/// A plate 40 x 24 that fills its profile in x and z.
+fn profile(x: &[f64], z: &[f64], full: impl Fn(f64, f64) -> bool) -> Filled {
+    let stops = |at: &[f64]| lines(&at.iter().map(|&a| (a, 1)).collect::<Vec<_>>());
+    filled([stops(x), lines(&[(24.0, 1)]), stops(z)], |p| {
+        full(p.x, p.z)
+    })
+}
+
+#[test]
+fn a_riser_belongs_to_the_side_that_steps() {
+    let on_step = |solid: &Filled| {
+        let riser = solid.face(|p| p.x == 20.0);
+        let tops = [solid.face(|p| p.z == 2.0), solid.face(|p| p.z == 4.0)];
+        let wanted = ids(vec![tops[0], tops[1], riser]);
+        (riser, [wanted, vec![solid.face(|p| p.z == 0.0)]])
+    };
+    let solid = step_plate();
+    let (riser, wanted) = on_step(&solid);
+    assert_eq!(only_wall(&solid, riser), Some(wanted.clone()));
+    for other in [
+        solid.mapped(motion),
+        solid.mapped(|p| p * 1e-3),
+        // Slanted by 45 degrees: a chamfer.
+        solid.mapped(|p| {
+            if p.x == 20.0 && p.z == 4.0 {
+                p + DVec3::X
+            } else {
+                p
+            }
+        }),
+    ] {
+        assert_eq!(only_wall(&other, riser), Some(wanted.clone()));
+    }
+    let shuffled = solid.shuffled(3);
+    let (riser, wanted) = on_step(&shuffled);
+    assert_eq!(only_wall(&shuffled, riser), Some(wanted));
+}
+
+#[test]
+fn a_pocket_has_four_risers_and_a_stair_one_a_step() {
+    let pocket = filled(
+        [
+            lines(&[(10.0, 1), (30.0, 1), (40.0, 1)]),
+            lines(&[(10.0, 1), (30.0, 1), (40.0, 1)]),
+            lines(&[(3.0, 1), (4.0, 1)]),
+        ],
+        |p| p.z < 3.0 || p.x < 10.0 || p.x > 30.0 || p.y < 10.0 || p.y > 30.0,
+    );
+    let sides = only_wall(&pocket, pocket.face(|p| p.z == 3.0)).unwrap();
+    assert_eq!(sides.map(|s| s.len()), [6, 1]);
+    let stair = profile(&[20.0, 40.0, 60.0], &[2.0, 3.0, 4.0], |x, z| {
+        z < 2.0 + (x / 20.0).floor()
+    });
+    let sides = only_wall(&stair, stair.face(|p| p.z == 3.0)).unwrap();
+    assert_eq!(sides.map(|s| s.len()), [5, 1]);
+}
+
+#[test]
+fn both_sides_may_step_up_down_or_together() {
+    // Thicker on both sides; joggled by half the thickness.
+    for full in [
+        (|x, z| x > 20.0 || (z > 1.0 && z < 3.0)) as fn(f64, f64) -> bool,
+        |x, z| if x > 20.0 { z > 1.0 } else { z < 3.0 },
+    ] {
+        let solid = profile(&[20.0, 40.0], &[1.0, 3.0, 4.0], full);
+        let upper = solid.face(|p| p.x == 20.0 && p.z >= 3.0);
+        let lower = solid.face(|p| p.x == 20.0 && p.z <= 1.0);
+        let sides = only_wall(&solid, upper).unwrap();
+        assert!(sides[0].contains(&upper) && sides[1].contains(&lower));
+        assert_eq!(sides.map(|s| s.len()), [3, 3]);
+    }
+}
+
+#[test]
+fn ridges_grooves_ribs_lumps_and_high_steps_have_no_risers() {
+    let ridge = profile(&[20.0, 21.0, 41.0], &[2.0, 3.0], |x, z| {
+        z < 2.0 || (x - 20.5).abs() < 0.5
+    });
+    let groove = profile(&[20.0, 21.0, 41.0], &[1.0, 2.0], |x, z| {
+        z < 1.0 || (x - 20.5).abs() > 0.5
+    });
+    // A joggle by all but a sixth of the thickness, and a step to four thicknesses.
+    let shear = profile(&[20.0, 40.0], &[2.5, 3.0, 5.5], |x, z| {
+        if x > 20.0 { z > 2.5 } else { z < 3.0 }
+    });
+    let high = profile(&[20.0, 60.0], &[1.0, 4.0], |x, z| z < 1.0 || x > 20.0);
+    for (name, solid, paired_faces) in [
+        ("ridge", ridge, 3),
+        ("groove", groove, 3),
+        ("shear", shear, 4),
+        ("high", high, 3),
+        ("tee", tee(1), 5),
+        ("block", plate_with_block(), 2),
+    ] {
+        let found = paired(&solid.brep);
+        let on_sides: usize = found
+            .walls
+            .iter()
+            .flat_map(|w| &w.sides)
+            .map(Vec::len)
+            .sum();
+        let coloured = found.side.iter().filter(|s| s.is_some()).count();
+        assert_eq!(coloured, paired_faces, "{name}");
+        let in_pairs = found.pairs.iter().flat_map(|p| p.faces);
+        let mut all: Vec<FaceId> = in_pairs.collect();
+        all.sort_unstable();
+        all.dedup();
+        assert_eq!(all.len(), coloured, "{name}");
+        assert!(on_sides >= coloured, "{name}");
+    }
+}

@@ -1,0 +1,148 @@
+//! Merges forks of junctions that are one.
+//!
+//! Where a curve of four walls meets a plate, the dual complex has a fork for every change of the walls round about: several points of the graph of curves in one
+//! place. An edge between two forks that is far shorter than the walls are thick is contracted.
+//!
+//! Guarantee: the homotopy type stays (link condition). The graph of curves is meant to change.
+
+use super::contract::keeps_homotopy;
+use super::surface::{Surface, key};
+use crate::geom::placer::Placer;
+use crate::model::complex::Support;
+use crate::model::ids::{NodeId, WallId};
+
+/// Forks nearer to each other than this many thicknesses are one.
+const NEAR: f64 = 0.35;
+
+/// Contracts short edges between forks, the shortest first, until none is left. `thickness(wall)`: mean thickness, mm.
+pub(super) fn merge_forks(
+    surface: &mut Surface,
+    thickness: &dyn Fn(WallId) -> f64,
+    placer: &dyn Placer,
+) {
+    loop {
+        let mut merged = false;
+        for (_, gone, kept) in short(surface, thickness) {
+            // An earlier merger may have taken either end along, or moved it.
+            if is_short(surface, gone, kept, thickness) && keeps_homotopy(surface, gone, kept) {
+                merge(surface, gone, kept, placer);
+                merged = true;
+            }
+        }
+        if !merged {
+            break;
+        }
+    }
+}
+
+fn merge(surface: &mut Surface, gone: NodeId, kept: NodeId, placer: &dyn Placer) {
+    let middle = (surface.points[gone] + surface.points[kept]) / 2.0;
+    let mut supports = surface.supports[kept].clone();
+    supports.extend_from_slice(&surface.supports[gone]);
+    supports.sort_unstable();
+    supports.dedup();
+    surface.contract(gone, kept);
+    let placed = placer.place(middle, &supports);
+    surface.points[kept] = if placed.is_finite() { placed } else { middle };
+    surface.supports[kept] = supports;
+}
+
+/// Short edges between two forks, the shortest first, as (length, gone, kept). The corner of a rim stays in its place: it is the other end that goes.
+fn short(surface: &Surface, thickness: &dyn Fn(WallId) -> f64) -> Vec<(u64, NodeId, NodeId)> {
+    let forks: Vec<NodeId> = surface
+        .live_nodes()
+        .filter(|&n| surface.feature_neighbours(n).len() > 2)
+        .collect();
+    let mut short = Vec::new();
+    for &kept in &forks {
+        for gone in surface.feature_neighbours(kept) {
+            if forks.binary_search(&gone).is_ok()
+                && !is_corner(surface, gone)
+                && is_short(surface, gone, kept, thickness)
+            {
+                short.push((key(surface.length(gone, kept)), gone, kept));
+            }
+        }
+    }
+    short.sort_unstable();
+    short
+}
+
+fn is_short(surface: &Surface, a: NodeId, b: NodeId, thickness: &dyn Fn(WallId) -> f64) -> bool {
+    let ring = surface.around(a, b);
+    let walls = ring.iter().map(|&t| thickness(surface.triangle(t).wall));
+    !ring.is_empty() && surface.length(a, b) < NEAR * walls.fold(f64::INFINITY, f64::min)
+}
+
+fn is_corner(surface: &Surface, n: NodeId) -> bool {
+    let faces = |s: &&Support| matches!(s, Support::Face(_));
+    surface.supports[n].iter().filter(faces).count() > 1
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::complex::{MidComplex, MidNode, MidTriangle};
+    use glam::DVec3;
+
+    struct Still;
+    impl Placer for Still {
+        fn place(&self, start: DVec3, _: &[Support]) -> DVec3 {
+            start
+        }
+        fn normal(&self, _: DVec3, _: WallId) -> Option<DVec3> {
+            None
+        }
+        fn thickness(&self, _: DVec3, _: WallId) -> Option<f64> {
+            None
+        }
+        fn curvature_radius(&self, _: DVec3, _: WallId) -> f64 {
+            f64::INFINITY
+        }
+    }
+
+    /// A plate of four fields round an edge of length `gap`, each field a wall of its own: two forks of three creases.
+    fn plate(gap: f64) -> MidComplex {
+        let mut complex = MidComplex::default();
+        let at = [
+            (0.0, 0.0),
+            (gap, 0.0),
+            (-5.0, 5.0),
+            (-5.0, -5.0),
+            (5.0, 5.0),
+            (5.0, -5.0),
+        ];
+        for (x, y) in at {
+            complex.nodes.push(MidNode {
+                point: DVec3::new(x, y, 0.0),
+                supports: Default::default(),
+            });
+        }
+        for (wall, nodes) in [
+            (0, [0, 2, 3]),
+            (1, [0, 1, 2]),
+            (1, [1, 4, 2]),
+            (2, [1, 5, 4]),
+            (3, [0, 3, 1]),
+            (3, [1, 3, 5]),
+        ] {
+            complex.triangles.push(MidTriangle {
+                nodes: nodes.map(NodeId),
+                wall: WallId(wall),
+            });
+        }
+        complex
+    }
+
+    #[test]
+    fn two_forks_in_one_place_become_one_and_two_apart_stay() {
+        for (gap, triangles) in [(0.1, 4), (1.0, 6)] {
+            let mut surface = Surface::new(plate(gap));
+            merge_forks(&mut surface, &|_| 1.0, &Still);
+            let complex = surface.finish();
+            assert_eq!(complex.triangles.len(), triangles);
+            assert_eq!(complex.euler(), 1);
+            assert!(complex.check().is_empty());
+        }
+    }
+}

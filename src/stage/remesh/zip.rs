@@ -1,0 +1,247 @@
+//! Zips creases that lie on each other.
+//!
+//! Where walls cross, the strip of sheet inside their common block is thin and may be eaten from a rim before the complex is read off: what is left are two creases, one on either side of the block,
+//! that part at the end of the junction and run side by side to the rim. Such a pair is bridged with triangles again; `strips` then makes one curve of it.
+//!
+//! Guarantee: the homotopy type stays, every triangle is added over edges that are there with one new, free edge (an elementary expansion).
+//! A slit that closes again at its far end is a hole and stays.
+
+use super::shape::distance_to_segment;
+use crate::model::complex::{EdgeKind, MidComplex, MidTriangle, Support};
+use crate::model::ids::{IndexVec, NodeId, WallId};
+use smallvec::SmallVec;
+use std::collections::{BTreeMap, BTreeSet};
+
+/// Creases nearer to each other than this many thicknesses are in one block of material: walls of half a thickness on either side overlap there.
+const NEAR: f64 = 0.35;
+
+/// Two nodes that stand side by side; the same one twice where the slit begins in a point.
+type Front = [NodeId; 2];
+
+/// Bridges every slit between two creases. `thickness(wall)`: mean thickness, mm.
+pub(super) fn zip(complex: &mut MidComplex, thickness: &dyn Fn(WallId) -> f64) {
+    let net = Net::new(complex);
+    let mut known: BTreeSet<[NodeId; 2]> = net.edges.clone();
+    for (front, firsts) in net.starts() {
+        let chains = [0, 1].map(|k| net.chain(front[k], firsts[k]));
+        let wall = net.wall[&ordered(front[0], firsts[0])];
+        let other = net.wall[&ordered(front[1], firsts[1])];
+        let near = NEAR * thickness(wall).min(thickness(other));
+        if fits(complex, &chains, near) {
+            bridge(complex, &mut known, chains, wall);
+        }
+    }
+}
+
+fn ordered(a: NodeId, b: NodeId) -> [NodeId; 2] {
+    [a.min(b), a.max(b)]
+}
+
+/// The feature edges at every node.
+struct Net {
+    edges: BTreeSet<[NodeId; 2]>,
+    /// A wall of every crease.
+    wall: BTreeMap<[NodeId; 2], WallId>,
+    at: IndexVec<NodeId, SmallVec<[(NodeId, EdgeKind); 4]>>,
+}
+
+impl Net {
+    fn new(complex: &MidComplex) -> Self {
+        let mut net = Self {
+            edges: BTreeSet::new(),
+            wall: BTreeMap::new(),
+            at: IndexVec::filled(SmallVec::new(), complex.nodes.len()),
+        };
+        for edge in complex.edges() {
+            net.edges.insert(edge.ends);
+            let kind = complex.kind(&edge);
+            if kind == EdgeKind::Inner {
+                continue;
+            }
+            if kind == EdgeKind::Crease {
+                let wall = complex.triangles[edge.triangles[0]].wall;
+                net.wall.insert(edge.ends, wall);
+            }
+            let [a, b] = edge.ends;
+            net.at[a].push((b, kind));
+            net.at[b].push((a, kind));
+        }
+        net
+    }
+
+    fn creases(&self, n: NodeId) -> SmallVec<[NodeId; 4]> {
+        let at = self.at[n].iter();
+        at.filter(|x| x.1 == EdgeKind::Crease)
+            .map(|x| x.0)
+            .collect()
+    }
+
+    fn is_fork(&self, n: NodeId) -> bool {
+        self.at[n].iter().any(|x| x.1 == EdgeKind::Junction)
+    }
+
+    /// Where a junction ends and two creases go on, in one point or at both ends of a free edge; with the first node of either crease.
+    fn starts(&self) -> Vec<(Front, Front)> {
+        let mut starts = Vec::new();
+        for (n, at) in self.at.enumerated().filter(|x| self.is_fork(x.0)) {
+            match *self.creases(n) {
+                [a, b] if at.iter().all(|x| x.1 != EdgeKind::Rim) => starts.push(([n, n], [a, b])),
+                [a] => {
+                    for &(m, kind) in at {
+                        if kind == EdgeKind::Rim && n < m && self.is_fork(m) {
+                            let creases = self.creases(m);
+                            if let [b] = *creases {
+                                starts.push(([n, m], [a, b]));
+                            }
+                        }
+                    }
+                }
+                _ => {}
+            }
+        }
+        starts
+    }
+
+    /// The nodes of a crease from `from` over `first` to where it ends or forks.
+    fn chain(&self, from: NodeId, first: NodeId) -> Vec<NodeId> {
+        let mut chain = vec![from, first];
+        while let [before, last] = chain[chain.len() - 2..] {
+            let &[(a, _), (b, _)] = self.at[last].as_slice() else {
+                break;
+            };
+            let next = if a == before { b } else { a };
+            if chain.contains(&next) {
+                break;
+            }
+            chain.push(next);
+        }
+        chain
+    }
+}
+
+/// Whether two chains run side by side from end to end, and do not meet at the far end.
+fn fits(complex: &MidComplex, chains: &[Vec<NodeId>; 2], near: f64) -> bool {
+    let p = |n: NodeId| complex.nodes[n].point;
+    let beside = |n: NodeId, chain: &[NodeId]| {
+        chain
+            .windows(2)
+            .any(|w| distance_to_segment(p(n), p(w[0]), p(w[1])) < near)
+    };
+    let [a, b] = chains;
+    let shared = a[1..].iter().any(|n| b[1..].contains(n));
+    !shared && a.iter().all(|&n| beside(n, b)) && b.iter().all(|&n| beside(n, a))
+}
+
+/// Fills the slit with triangles, the shorter new edge first.
+fn bridge(
+    complex: &mut MidComplex,
+    known: &mut BTreeSet<[NodeId; 2]>,
+    chains: [Vec<NodeId>; 2],
+    wall: WallId,
+) {
+    let [a, b] = &chains;
+    let (mut i, mut j) = (0, 0);
+    let mut made: Vec<[NodeId; 3]> = Vec::new();
+    let mut fresh: Vec<[NodeId; 2]> = Vec::new();
+    if a[0] == b[0] {
+        (i, j) = (1, 1);
+        made.push([a[0], a[1], b[1]]);
+        fresh.push(ordered(a[1], b[1]));
+    }
+    while i + 1 < a.len() || j + 1 < b.len() {
+        let length = |x: Option<&NodeId>, y: NodeId| {
+            x.map_or(f64::INFINITY, |&x| {
+                complex.nodes[x].point.distance(complex.nodes[y].point)
+            })
+        };
+        if length(a.get(i + 1), b[j]) <= length(b.get(j + 1), a[i]) {
+            made.push([a[i], b[j], a[i + 1]]);
+            i += 1;
+        } else {
+            made.push([a[i], b[j], b[j + 1]]);
+            j += 1;
+        }
+        fresh.push(ordered(a[i], b[j]));
+    }
+    if fresh.iter().any(|e| known.contains(e)) {
+        return;
+    }
+    known.extend(fresh);
+    for nodes in made {
+        complex.triangles.push(MidTriangle { nodes, wall });
+        for n in nodes {
+            let supports = &mut complex.nodes[n].supports;
+            supports.push(Support::Mid(wall));
+            supports.sort_unstable();
+            supports.dedup();
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::complex::MidNode;
+    use glam::DVec3;
+
+    /// Two bent sheets, walls 0|1 above and 2|3 below the plane, that touch along x: they share the nodes up to `shared` and run `gap` apart beyond.
+    fn cross(gap: f64, closed: bool) -> MidComplex {
+        let mut complex = MidComplex::default();
+        let mut node = |x: f64, y: f64, z: f64| {
+            complex.nodes.push(MidNode {
+                point: DVec3::new(x, y, z),
+                supports: Default::default(),
+            })
+        };
+        let (count, shared) = (7, 3);
+        let line = |node: &mut dyn FnMut(f64, f64, f64) -> NodeId, y: f64, z: f64| {
+            (0..count)
+                .map(|i| node(f64::from(i), y, z))
+                .collect::<Vec<_>>()
+        };
+        let upper = line(&mut node, 0.0, 0.0);
+        let mut lower = upper.clone();
+        for (i, n) in lower.iter_mut().enumerate().skip(shared) {
+            if !(closed && i + 1 == count as usize) {
+                *n = node(i as f64 + 0.1, 0.0, -gap);
+            }
+        }
+        let arms = [(-5.0, 5.0), (5.0, 5.0), (-5.0, -5.0), (5.0, -5.0)]
+            .map(|(y, z)| line(&mut node, y, z));
+        for (wall, arm) in arms.iter().enumerate() {
+            let spine = if wall < 2 { &upper } else { &lower };
+            for i in 0..spine.len() - 1 {
+                for nodes in [
+                    [spine[i], spine[i + 1], arm[i]],
+                    [arm[i], spine[i + 1], arm[i + 1]],
+                ] {
+                    complex.triangles.push(MidTriangle {
+                        nodes,
+                        wall: WallId(wall as u32),
+                    });
+                }
+            }
+        }
+        complex
+    }
+
+    #[test]
+    fn a_slit_that_runs_out_at_the_rim_is_bridged() {
+        let mut complex = cross(0.01, false);
+        let euler = complex.euler();
+        zip(&mut complex, &|_| 1.0);
+        // A triangle where it begins, then two for each of the three further steps.
+        assert_eq!(complex.triangles.len(), 48 + 7);
+        assert_eq!((complex.euler(), complex.pieces()), (euler, 1));
+        assert!(complex.check().is_empty());
+    }
+
+    #[test]
+    fn creases_apart_and_holes_stay() {
+        for before in [cross(0.5, false), cross(0.01, true)] {
+            let mut complex = before.clone();
+            zip(&mut complex, &|_| 1.0);
+            assert_eq!(complex, before);
+        }
+    }
+}

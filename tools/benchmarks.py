@@ -1,0 +1,201 @@
+#!/usr/bin/env python3
+"""Runs midshell over CAD parts and writes what came of it into a Markdown page, between its markers.
+
+    tools/with-tools.sh python3 tools/benchmarks.py --parts PATH... [--time PART...] [--page docs/benchmarks.md]
+
+PATH is a CAD file or a folder of them. --time names parts that are timed alone, by stage, beside `gmsh PART -2` at the same size in the same run.
+Without --page the tables are printed. --verdicts FILE adds the judgement of a judge of your own: a CSV file with the columns `part` (the
+file's stem) and `verdict`; where that begins with `right` the mesh is right, whatever midshell says of it. Needs Python 3.9, nothing else.
+"""
+import argparse
+import csv
+import json
+import os
+import re
+import statistics
+import subprocess
+import sys
+import tempfile
+import time
+from collections import Counter
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent.parent
+ENDINGS = (".step", ".stp", ".iges", ".igs", ".brep")
+# As in the README: what an exit status means.
+STATUS = {0: "right by its own audit", 1: "doubted", 3: "input refused", 4: "no thin wall", 5: "gmsh failed", 6: "not writable", 70: "internal error"}
+
+
+def parts_of(paths):
+    found = []
+    for path in map(Path, paths):
+        inside = sorted(path.iterdir()) if path.is_dir() else [path]
+        found += [p for p in inside if p.suffix.lower() in ENDINGS]
+    if not found:
+        sys.exit(f"no CAD parts in {', '.join(paths)}")
+    return found
+
+
+def first_cause(stderr):
+    """the cause that midshell gives when it writes nothing"""
+    for line in stderr.splitlines():
+        if line.strip().startswith("cause:"):
+            return line.split("cause:", 1)[1].strip()
+    return (stderr.strip().splitlines() or ["no message"])[-1]
+
+
+def mesh(part, a, folder, *more):
+    """one run: exit status (None: out of time), seconds, report, what was said on both streams"""
+    report = Path(folder) / f"{part.stem}.json"
+    out = Path(folder) / f"{part.stem}.vtu"
+    command = [a.midshell, "mesh", str(part), "-o", str(out), "--json", str(report), *more]
+    began = time.monotonic()
+    try:
+        run = subprocess.run(command, capture_output=True, text=True, timeout=a.limit)
+    except subprocess.TimeoutExpired:
+        return None, a.limit, {}, "", f"still running after {a.limit:g} s"
+    seconds = time.monotonic() - began
+    told = json.loads(report.read_text()) if report.exists() else {}
+    return run.returncode, seconds, told, run.stdout, run.stderr
+
+
+def corpus_row(part, a, folder):
+    status, seconds, told, _, said = mesh(part, a, folder, "-q", "--threads", str(a.threads))
+    print(f"{part.stem}: {status} in {seconds:.1f} s", file=sys.stderr, flush=True)
+    audit = told.get("audit", {})
+    verdict = audit.get("verdict", {})
+    doubts = verdict.get("doubted", []) if isinstance(verdict, dict) else []
+    if status is None:
+        why = said
+    elif status == 1:
+        why = ", ".join(f"{d['code']} {d['value']:.3g}, limit {d['limit']:.3g}" for d in doubts)
+    else:
+        why = "" if status == 0 else first_cause(said).replace(str(part), part.name)
+    return dict(part=part.stem, status=status, seconds=seconds, audit=audit, elements=told.get("quality", {}).get("elements"), doubts=[d["code"] for d in doubts], why=why)
+
+
+def percent(x, digits=2):
+    return "-" if x is None else f"{100 * x:.{digits}f} %"
+
+
+def table(head, rows):
+    lines = [head, ["---"] * len(head), *rows]
+    return "\n".join("| " + " | ".join(str(c).replace("|", "/") for c in line) + " |" for line in lines)
+
+
+def topology_right(row):
+    audit = row["audit"]
+    return bool(audit) and audit["euler"] == audit["euler_solid"] and audit["pieces"] == audit["solids"]
+
+
+def corpus_text(rows, verdicts):
+    n = len(rows)
+    share = lambda test: f"{sum(map(test, rows))} of {n} ({100 * sum(map(test, rows)) / n:.0f} %)"
+    summary = [["right by their own audit (status 0)", share(lambda r: r["status"] == 0)],
+               ["meshed, but doubted (status 1)", share(lambda r: r["status"] == 1)],
+               ["refused or failed", share(lambda r: r["status"] not in (0, 1))],
+               ["topology of the solid (Euler characteristic, pieces)", share(topology_right)]]
+    if verdicts:
+        right = lambda r: verdicts.get(r["part"], "").startswith("right")
+        summary += [["right by the separate judge", share(right)],
+                    ["right by their own audit, not by the separate judge", share(lambda r: r["status"] == 0 and not right(r))]]
+    seconds = [r["seconds"] for r in rows]
+    summary.append(["seconds a part: median, worst", f"{statistics.median(seconds):.1f}, {max(seconds):.1f}"])
+    causes = Counter()
+    for r in rows:
+        if r["status"] == 1:
+            causes.update(("doubted: " + code) for code in r["doubts"])
+        elif r["status"] is None:
+            causes["out of time"] += 1
+        elif r["status"] != 0:
+            causes[STATUS.get(r["status"], f"status {r['status']}")] += 1
+        if verdicts and r["status"] == 0 and not verdicts.get(r["part"], "").startswith("right"):
+            causes["not right by the separate judge, though not doubted"] += 1
+    def line(r):
+        audit = r["audit"]
+        euler = f"{audit['euler']} / {audit['euler_solid']:g}" if audit else "-"
+        cells = [r["part"], "-" if r["status"] is None else r["status"], euler, percent(audit.get("r95")), percent(audit.get("cover"), 1), percent(audit.get("mass")), r["elements"] or "-", f"{r['seconds']:.1f}", r["why"]]
+        return cells + ([verdicts.get(r["part"], "-")] if verdicts else [])
+    head = ["part", "status", "Euler mesh / solid", "R-error 95 %", "covered", "mass off", "elements", "s", "why not"]
+    failing = [r for r in rows if r["status"] != 0 or (verdicts and not verdicts.get(r["part"], "").startswith("right"))]
+    good = [r for r in rows if r not in failing]
+    head += ["judge"] if verdicts else []
+    blocks = [table(["outcome", "parts"], summary)]
+    if causes:
+        blocks += ["Causes (a part may have several):", table(["cause", "parts"], causes.most_common())]
+        blocks += ["Parts that are not right:", table(head, map(line, sorted(failing, key=lambda r: (str(r["status"]), r["why"], r["part"]))))]
+    if good:
+        blocks += ["Parts that are:", table(head, map(line, good))]
+    return "\n\n".join(blocks)
+
+
+def gmsh_seconds(part, size, folder):
+    """wall time and elements of `gmsh PART -2` with this size as the greatest, in one thread"""
+    gmsh = os.environ.get("MIDSHELL_GMSH", "gmsh")
+    beside = os.pathsep.join([str(Path(gmsh).parent), os.environ.get("PATH", "")])
+    command = [gmsh, str(part), "-2", "-nt", "1", "-clmax", f"{size:.12g}", "-setstring", "Geometry.OCCTargetUnit", "MM", "-o", str(Path(folder) / "surface.msh")]
+    began = time.monotonic()
+    run = subprocess.run(command, capture_output=True, text=True, env=dict(os.environ, PATH=beside), check=True)
+    counts = re.findall(r"(\d+) nodes (\d+) elements", run.stdout)
+    return time.monotonic() - began, counts[-1][1] if counts else "-"
+
+
+def timing_text(parts, a, folder):
+    rows, stages = [], {}
+    for part in parts:
+        status, seconds, told, said, err = mesh(part, a, folder, "--timings", "--threads", "1")
+        if status not in (0, 1):
+            sys.exit(f"{part}: {first_cause(err)}")
+        size = told["solids"][0]["size"]
+        lines = said[said.index("timings (s)"):].splitlines()[1:]
+        stages[part.stem] = {name: float(s) for name, s in (line.split() for line in lines if len(line.split()) == 2)}
+        other, count = gmsh_seconds(part, size, folder)
+        rows.append([part.stem, f"{size:.3g}", told["quality"]["elements"], f"{seconds:.2f}", count, f"{other:.2f}", f"{seconds / other:.1f}"])
+    head = ["part", "size, mm", "elements", "midshell, s", "elements of `gmsh -2`", "`gmsh -2`, s", "ratio"]
+    names = list(dict.fromkeys(name for s in stages.values() for name in s))
+    by_stage = [[name, *(f"{s.get(name, 0.0):.3f} ({100 * s.get(name, 0.0) / max(s['total'], 1e-9):.0f} %)" for s in stages.values())] for name in names]
+    return table(head, rows) + "\n\nSeconds by stage:\n\n" + table(["stage", *stages], by_stage)
+
+
+def main():
+    p = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    p.add_argument("--parts", nargs="+", default=[], help="CAD files or folders of them")
+    p.add_argument("--time", nargs="+", default=[], help="parts to time by stage, beside gmsh")
+    p.add_argument("--midshell", default=str(ROOT / "target/release/midshell"), help="the binary")
+    p.add_argument("--page", type=Path, help="the page to write into")
+    p.add_argument("--verdicts", type=Path, help="CSV of a judge of your own: part, verdict")
+    p.add_argument("--jobs", type=int, default=2, help="parts at a time")
+    p.add_argument("--threads", type=int, default=2, help="threads a part")
+    p.add_argument("--limit", type=float, default=120, help="seconds a part")
+    a = p.parse_args()
+    if not (a.parts or a.time):
+        p.error("nothing to do: name --parts or --time")
+    texts = {}
+    with tempfile.TemporaryDirectory() as folder:
+        # Timed first and alone: nothing else runs meanwhile.
+        if a.time:
+            texts["timings"] = timing_text(parts_of(a.time), a, folder)
+        if a.parts:
+            verdicts = {}
+            if a.verdicts:
+                with open(a.verdicts, newline="") as f:
+                    verdicts = {row["part"]: row["verdict"] for row in csv.DictReader(f)}
+            with ThreadPoolExecutor(a.jobs) as pool:
+                rows = list(pool.map(lambda part: corpus_row(part, a, folder), parts_of(a.parts)))
+            texts["corpus"] = corpus_text(rows, verdicts)
+    page = a.page.read_text() if a.page else ""
+    for name, text in texts.items():
+        marked = re.compile(rf"(<!-- {name} -->\n).*?(<!-- end of {name} -->)", re.S)
+        if not a.page:
+            print(text + "\n")
+        elif not marked.search(page):
+            sys.exit(f"{a.page} has no markers for {name}")
+        else:
+            page = marked.sub(lambda m: f"{m[1]}{text}\n{m[2]}", page)
+    if a.page:
+        a.page.write_text(page)
+
+
+if __name__ == "__main__":
+    main()
