@@ -73,16 +73,6 @@ pub(super) fn mid_surface(
         let Some(found) = candidate(&source, least_width, clock)? else {
             continue;
         };
-        if std::env::var("DBGC").is_ok() {
-            eprintln!(
-                "DBGC {least_width} pairs {} walls {} rank {:?} cover {:.4} astray {:.4}",
-                found.pairing.pairs.len(),
-                found.pairing.walls.len(),
-                rank(&found),
-                found.assessment.cover,
-                found.assessment.astray
-            );
-        }
         if best.as_ref().is_none_or(|b| rank(&found) > rank(b)) {
             best = Some(found);
         }

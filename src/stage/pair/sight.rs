@@ -1,7 +1,7 @@
 //! What every face sees when it looks through the material: the one measurement that all pairing rests on.
 //!
 //! Rays go inwards along the normal of the six-node facets from sample points spread over every face in proportion to its area, so
-//! that small faces are seen as well as large ones. Cost: one ray a sample, in parallel.
+//! that small faces are seen as well as large ones. Cost: one ray a sample and those of `extent`, in parallel.
 
 use super::extent::extent;
 use crate::geom::six_node;

@@ -21,7 +21,8 @@ use glam::DVec3;
 /// Passes over the strips; a step can make the next possible.
 const PASSES: usize = 8;
 
-/// A junction block reaches this far from its curve, in thicknesses of the thickest wall that meets there: half of it, and half of the other wall's.
+/// A junction block reaches this far from its curve along a strip, in thicknesses of the thickest wall that crosses the strip's own: half of it,
+/// and half as much again for walls that cross askew. The strip's own thickness says nothing: fins on a thick plate stay apart.
 const BLOCK: f64 = 0.75;
 /// A strip may end on rims; a sheet with more of its border on rims than this is a low rib, and stays.
 const RIM_SHARE: f64 = 0.25;
@@ -53,7 +54,7 @@ pub fn merge_strips(
 fn strips(complex: &MidComplex, thickness: &dyn Fn(WallId) -> f64) -> Vec<Vec<TriangleId>> {
     let edges = complex.edges();
     let mut curves: Vec<[DVec3; 3]> = Vec::new();
-    let mut reach: Vec<f64> = Vec::new();
+    let mut meeting: Vec<Vec<(WallId, f64)>> = Vec::new();
     let mut sets = Disjoint::new(complex.triangles.len());
     for edge in &edges {
         match complex.kind(edge) {
@@ -63,11 +64,8 @@ fn strips(complex: &MidComplex, thickness: &dyn Fn(WallId) -> f64) -> Vec<Vec<Tr
             EdgeKind::Junction => {
                 let [a, b] = edge.ends.map(|n| complex.nodes[n].point);
                 curves.push([a, b, b]);
-                let walls = edge
-                    .triangles
-                    .iter()
-                    .map(|&t| thickness(complex.triangles[t].wall));
-                reach.push(BLOCK * walls.fold(0.0, f64::max));
+                let walls = edge.triangles.iter().map(|&t| complex.triangles[t].wall);
+                meeting.push(walls.map(|w| (w, thickness(w))).collect());
             }
             EdgeKind::Rim | EdgeKind::Crease => {}
         }
@@ -76,9 +74,21 @@ fn strips(complex: &MidComplex, thickness: &dyn Fn(WallId) -> f64) -> Vec<Vec<Tr
         return Vec::new();
     }
     let bvh = TriangleBvh::new(&curves);
-    let inside = |p: DVec3| {
-        bvh.nearest(p)
-            .is_some_and(|near| near.distance <= reach[near.index])
+    let inside = |p: DVec3, wall: WallId| {
+        bvh.nearest(p).is_some_and(|near| {
+            let walls = &meeting[near.index];
+            let thickest = |own: bool| {
+                let kept = walls.iter().filter(|w| own || w.0 != wall);
+                kept.map(|w| w.1).fold(0.0, f64::max)
+            };
+            let crossing = thickest(false);
+            let across = if crossing > 0.0 {
+                crossing
+            } else {
+                thickest(true)
+            };
+            near.distance <= BLOCK * across
+        })
     };
     // Border length and rim length a sheet.
     let mut border = vec![(0.0, 0.0); complex.triangles.len()];
@@ -107,10 +117,12 @@ fn strips(complex: &MidComplex, thickness: &dyn Fn(WallId) -> f64) -> Vec<Vec<Tr
             let (all, rims) = border[sheet[0].0 as usize];
             rims <= RIM_SHARE * all
                 && sheet.iter().all(|&(_, t)| {
-                    complex.triangles[t]
-                        .nodes
-                        .iter()
-                        .all(|&n| inside(complex.nodes[n].point))
+                    let triangle = &complex.triangles[t];
+                    let [a, b, c] = triangle.nodes.map(|n| complex.nodes[n].point);
+                    // Of a strip one triangle wide all nodes lie on its curves: the middles of the sides tell its width.
+                    [a, b, c, (a + b) / 2.0, (b + c) / 2.0, (c + a) / 2.0]
+                        .into_iter()
+                        .all(|p| inside(p, triangle.wall))
                 })
         })
         .map(|sheet| sheet.iter().map(|m| m.1).collect())
@@ -227,6 +239,18 @@ mod tests {
             .count();
         assert_eq!(four, 4);
         assert_eq!(merged.triangles.len(), 32);
+    }
+
+    #[test]
+    fn fins_that_stand_close_on_a_thick_plate_stay_apart() {
+        // The strip's own wall goes on beyond both curves.
+        let mut plate = cross(0.8);
+        for t in plate.triangles.as_mut_slice() {
+            t.wall = WallId(t.wall.0.saturating_sub(1));
+        }
+        let thickness = |fin: f64| move |w: WallId| if w.0 == 0 { 8.0 } else { fin };
+        assert!(strips(&plate, &thickness(0.5)).is_empty());
+        assert_eq!(strips(&plate, &thickness(0.6)).len(), 1);
     }
 
     #[test]

@@ -19,7 +19,7 @@ fn a_strip_is_paired_over_its_thickness_and_not_over_its_ends() {
 
 #[test]
 fn the_least_width_decides_and_scale_does_not() {
-    // Width of the side faces of 30 x 5 x 4: 2 * 120 / 68 = 3.53; of 30 x 4 x 4 alike: squares have no wall.
+    // 30 x 5 x 4 is a wall 4 thick and 5 wide; across its 5 it is a bar, a wall in the other direction, unless all bars are wanted.
     for scale in [1e-3, 1.0, 1e3] {
         let brep = box_brep(DVec3::new(30.0, 5.0, 4.0) * scale);
         let (aag, sightings) = (adjacency(&brep), sight(&brep));
@@ -30,9 +30,9 @@ fn the_least_width_decides_and_scale_does_not() {
             };
             faces(&pair(&brep, &aag, &sightings, &options))
         };
-        assert_eq!(with(1.1), [[0; 2]; 0]);
         assert_eq!(with(1.0), [[0, 1]]);
-        assert_eq!(with(0.5), [[0, 1], [2, 3]]);
+        assert_eq!(with(0.5), [[0, 1]]);
+        assert_eq!(with(0.25), [[0, 1], [2, 3]]);
     }
 }
 
@@ -163,9 +163,29 @@ fn gated(aag: &Aag, sightings: &[Sighting]) -> Vec<[u32; 2]> {
 fn every_gate_shuts() {
     let aag = squares(4, &[]);
     let both = |a, b, d, area| [look(a, b, d, area), look(b, a, d, area)].concat();
-    // Squares of ten are five wide.
-    assert_eq!(gated(&aag, &both(0, 1, 4.9, 100.0)), [[0, 1]]);
-    assert_eq!(gated(&aag, &both(0, 1, 5.1, 100.0)), [[0; 2]; 0]);
+    // Squares of ten are five wide; those that are seen whole may be sides of a wider wall.
+    assert_eq!(gated(&aag, &both(0, 1, 4.9, 59.0)), [[0, 1]]);
+    assert_eq!(gated(&aag, &both(0, 1, 5.1, 59.0)), [[0; 2]; 0]);
+    assert_eq!(gated(&aag, &both(0, 1, 5.1, 61.0)), [[0, 1]]);
+    // The wall round about must be wide: in one direction at least, and in all as its ends ask.
+    let wide = Extent::WIDE;
+    let narrow = |extent| {
+        let mut looks = both(0, 1, 2.0, 31.0);
+        looks.iter_mut().for_each(|look| look.extent = extent);
+        gated(&aag, &looks).len()
+    };
+    for (extent, pairs) in [
+        (Extent { most: 1.6, ..wide }, 1),
+        (Extent { most: 1.4, ..wide }, 0),
+        (Extent { rib: 1.05, ..wide }, 1),
+        (Extent { rib: 0.95, ..wide }, 0),
+        (Extent { neck: 1.05, ..wide }, 1),
+        (Extent { neck: 0.95, ..wide }, 0),
+        (Extent { bar: 1.15, ..wide }, 1),
+        (Extent { bar: 1.05, ..wide }, 0),
+    ] {
+        assert_eq!(narrow(extent), pairs, "{extent:?}");
+    }
     // Seen: at least three hundredths, then three tenths or nine squared thicknesses.
     assert_eq!(gated(&aag, &both(0, 1, 0.5, 2.9)), [[0; 2]; 0]);
     assert_eq!(gated(&aag, &both(0, 1, 0.5, 3.1)), [[0, 1]]);
@@ -180,6 +200,7 @@ fn a_face_that_goes_on_with_a_paired_one_gets_a_second_chance() {
     // 0-1 are a pair, 2 goes on with 0 and sees 3, which goes on with 1, but is too narrow for the first gate.
     let try_with = |turn: f64, distance: f64, area: f64| {
         let mut aag = squares(4, &[(0, 2, turn), (1, 3, turn)]);
+        // Seen by less than the share that lets a narrow face through.
         aag.perimeter[FaceId(2)] = 1000.0;
         aag.perimeter[FaceId(3)] = 1000.0;
         let looks = [
@@ -203,4 +224,26 @@ fn a_rim_beside_both_sides_is_no_pair() {
     assert_eq!(found.pairs.len(), 1);
     let sides = found.side.iter().filter(|s| s.is_some()).count();
     assert_eq!(sides, 2);
+}
+
+#[test]
+fn lumps_have_no_walls_whatever_width_is_asked_for() {
+    for size in [[20.0, 20.0, 20.0], [20.0, 22.0, 24.0]] {
+        for scale in [1e-3, 1.0, 1e3] {
+            let brep = box_brep(DVec3::from(size) * scale);
+            let (aag, sightings) = (adjacency(&brep), sight(&brep));
+            for least_width in [1.0, 0.5, 0.25] {
+                let options = PairOptions {
+                    least_width,
+                    ..PairOptions::default()
+                };
+                assert!(pair(&brep, &aag, &sightings, &options).pairs.is_empty());
+            }
+        }
+    }
+    // A square bar is a wall in neither direction.
+    assert_eq!(
+        faces(&paired(&box_brep(DVec3::new(80.0, 20.0, 20.0)))),
+        [[0; 2]; 0]
+    );
 }

@@ -1,5 +1,5 @@
 use super::*;
-use crate::test_parts::voxels::wedge;
+use crate::test_parts::voxels::{filled, lines, wedge};
 use crate::test_parts::{box_brep, tube_brep};
 use glam::DVec3;
 
@@ -70,4 +70,79 @@ fn a_wedge_is_seen_to_thirty_degrees_and_no_further() {
         let mut own = found.iter().filter(|s| s.from == bottom);
         assert!(own.all(|s| s.across.is_some() == seen), "{degrees}");
     }
+}
+
+/// Least and greatest of what the looks from a face that pass say.
+fn range(
+    looks: &[Sighting],
+    passes: impl Fn(&Sighting) -> bool,
+    value: impl Fn(&Sighting) -> f64,
+) -> [f64; 2] {
+    let kept: Vec<f64> = looks.iter().filter(|s| passes(s)).map(value).collect();
+    assert!(kept.len() >= 10, "{} looks", kept.len());
+    [
+        kept.iter().copied().fold(f64::INFINITY, f64::min),
+        kept.iter().copied().fold(0.0, f64::max),
+    ]
+}
+
+#[test]
+fn a_plate_is_wide_and_its_rim_a_bar() {
+    let looks = sight(&box_brep(DVec3::new(100.0, 60.0, 3.0)));
+    // From a thickness inside the rim nothing ends within reach.
+    let inside = |s: &Sighting| {
+        s.from.0 == 0 && (3.0..97.0).contains(&s.point.x) && (3.0..57.0).contains(&s.point.y)
+    };
+    assert_eq!(range(&looks, inside, |s| s.extent.rib), [2.0; 2]);
+    assert_eq!(range(&looks, inside, |s| s.extent.most), [2.0; 2]);
+    // Across the sixty of its width, away from the corners, the wall is three wide, to the error of the eight directions.
+    let rim = |s: &Sighting| s.from.0 == 2 && (4.0..96.0).contains(&s.point.x);
+    let [low, high] = range(&looks, rim, |s| s.extent.bar * 60.0);
+    assert!(
+        (3.0 - 1e-4..=3.0 / (22.5f64.to_radians().cos()) + 1e-4).contains(&low),
+        "{low}"
+    );
+    assert!(high < 3.3, "{high}");
+}
+
+#[test]
+fn a_wall_goes_on_beneath_a_fin_and_ends_at_a_step() {
+    // A plate 40 x 24, 2 thick, with a fin 0.5 thick across it at x = 12; looks from where the fin is within reach in all directions.
+    let plate = filled(
+        [
+            lines(&[(12.0, 6), (12.5, 1), (40.0, 14)]),
+            lines(&[(24.0, 12)]),
+            lines(&[(2.0, 1), (8.0, 3)]),
+        ],
+        |p| p.z < 2.0 || (12.0..12.5).contains(&p.x),
+    );
+    let looks = sight(&plate.brep);
+    let beside = |s: &Sighting| {
+        s.inward.z < -0.9
+            && s.point.z < 3.0
+            && (12.6..12.9).contains(&s.point.x)
+            && (3.0..21.0).contains(&s.point.y)
+    };
+    assert_eq!(
+        range(&looks, beside, |s| s.extent.rib.min(s.extent.neck))[0],
+        2.0
+    );
+    // Two thick up to x = 12, six beyond: seen from 1 before the step the wall goes on for less than 1 more.
+    let step = filled(
+        [
+            lines(&[(12.0, 6), (40.0, 14)]),
+            lines(&[(24.0, 12)]),
+            lines(&[(2.0, 1), (6.0, 2)]),
+        ],
+        |p| p.z < 2.0 || p.x > 12.0,
+    );
+    let looks = sight(&step.brep);
+    let before = |s: &Sighting| {
+        s.inward.z < -0.9
+            && s.point.z < 3.0
+            && (10.9..11.1).contains(&s.point.x)
+            && (3.0..21.0).contains(&s.point.y)
+    };
+    let [low, high] = range(&looks, before, |s| s.extent.rib);
+    assert!((1.3..1.8).contains(&low) && high < 1.8, "{low} {high}");
 }
