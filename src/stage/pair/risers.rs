@@ -4,15 +4,15 @@
 //! between the inner edge of the step and the opposite side. So the riser (with its fillets and chamfers) is a piece of the wall's side, and the walls before
 //! and behind it are one wall.
 //!
-//! A riser joins two paired faces, faces no mate itself, and lies at heights above the opposite side between the two thicknesses. A lateral face reaches down to
-//! the opposite side, a rib or a ridge rises above the thicker wall, a groove goes below the thinner one: none of these is a riser. Where the thickness more
-//! than trebles nothing is said: the thin wall then ends at a block.
+//! A riser joins two paired faces, faces no mate itself, and lies at heights above the opposite side between the two thicknesses. A lateral face
+//! reaches down to the opposite side, a rib or a ridge rises above the thicker wall, a groove goes below the thinner one, and a fillet leads
+//! into a wall at an angle: none of these is a riser. Where the thickness more than trebles nothing is said: the thin wall then ends at a block.
 //!
 //! Cost: one nearest-point query a vertex of every unpaired face beside a paired one.
 
 use super::walls::other;
 use crate::model::brep::Brep;
-use crate::model::ids::{FaceId, FacetId, IndexVec};
+use crate::model::ids::{FaceId, FacetId, IndexVec, VertexId};
 use crate::model::walls::{Aag, Convexity, FacePair};
 use crate::spatial::TriangleBvh;
 use glam::DVec3;
@@ -24,7 +24,7 @@ const GREATEST_RATIO: f64 = 3.0;
 const SLACK: f64 = 0.05;
 /// A joggle leaves at least this share of the thickness between its two inner edges, and rises by as much at most: what is left is a wall still.
 const LEAST_NECK: f64 = 0.5;
-/// Heights are measured plumb to the opposite side, to this cosine; under a slanted lateral face they are not.
+/// Heights are measured plumb to the opposite side, to this cosine, and both levels look at it: slanted lateral faces and the fillets of bends do not.
 const PLUMB_COS: f64 = 0.8;
 /// Share of a riser's border that lies along the side that it continues: a chamfer at the rim of the thicker wall touches it with half of its border only.
 const LEAST_BORDER: f64 = 0.6;
@@ -214,7 +214,43 @@ impl Search<'_> {
         }
         risers.sort_unstable();
         risers.dedup();
-        (!risers.is_empty()).then_some(risers)
+        let level = self.faces(a, base, &risers) && self.faces(c, base, &risers);
+        (level && !risers.is_empty()).then_some(risers)
+    }
+
+    /// Whether `f` looks the other way than `base` does, wherever it meets one of `others`: over the fillets of a bend it does not.
+    fn faces(&mut self, f: FaceId, base: FaceId, others: &[FaceId]) -> bool {
+        let brep = self.brep;
+        let mut border: Vec<VertexId> = others
+            .iter()
+            .flat_map(|&g| &self.facets[g])
+            .flat_map(|&t| brep.facets[t].corners)
+            .collect();
+        border.sort_unstable();
+        border.dedup();
+        self.look_at(base);
+        let (Some(bvh), own) = (self.surfaces.get(&base), &self.facets[base]) else {
+            return false;
+        };
+        self.facets[f].iter().all(|&t| {
+            let meeting = brep.facets[t]
+                .corners
+                .iter()
+                .find(|v| border.binary_search(v).is_ok());
+            meeting.is_none_or(|&v| {
+                bvh.nearest(brep.vertices[v]).is_some_and(|near| {
+                    normal(brep, t).dot(normal(brep, own[near.index])) < -PLUMB_COS
+                })
+            })
+        })
+    }
+
+    fn look_at(&mut self, base: FaceId) {
+        let (brep, own) = (self.brep, &self.facets[base]);
+        self.surfaces.entry(base).or_insert_with(|| {
+            let corners: Vec<[DVec3; 3]> = own.iter().map(|&t| brep.corners(t)).collect();
+            TriangleBvh::new(&corners)
+        });
     }
 
     fn within(&mut self, f: FaceId, base: FaceId, [low, high]: [f64; 2]) -> bool {
@@ -228,23 +264,25 @@ impl Search<'_> {
         if let Some(&known) = self.heights.get(&(f, base)) {
             return known;
         }
+        self.look_at(base);
         let (brep, own) = (self.brep, &self.facets[base]);
-        let bvh = self.surfaces.entry(base).or_insert_with(|| {
-            let corners: Vec<[DVec3; 3]> = own.iter().map(|&t| brep.corners(t)).collect();
-            TriangleBvh::new(&corners)
-        });
+        let bvh = self.surfaces.get(&base)?;
         let mut range = Some([f64::INFINITY, 0.0f64]);
         for v in self.facets[f].iter().flat_map(|&t| brep.facets[t].corners) {
             let p = brep.vertices[v];
             range = range.and_then(|[least, most]| {
                 let near = bvh.nearest(p)?;
-                let [x, y, z] = brep.corners(own[near.index]);
-                let normal = (y - x).cross(z - x).normalize_or_zero();
-                let plumb = (near.point - p).dot(normal) > PLUMB_COS * near.distance;
+                let plumb =
+                    (near.point - p).dot(normal(brep, own[near.index])) > PLUMB_COS * near.distance;
                 plumb.then_some([least.min(near.distance), most.max(near.distance)])
             });
         }
         self.heights.insert((f, base), range);
         range
     }
+}
+
+fn normal(brep: &Brep, facet: FacetId) -> DVec3 {
+    let [a, b, c] = brep.corners(facet);
+    (b - a).cross(c - a).normalize_or_zero()
 }
