@@ -11,8 +11,9 @@
 //! Cost: one nearest-point query a vertex of every unpaired face beside a paired one.
 
 use super::walls::other;
+use crate::geom::six_node;
 use crate::model::brep::Brep;
-use crate::model::ids::{FaceId, FacetId, IndexVec, VertexId};
+use crate::model::ids::{FaceId, FacetId, IndexVec};
 use crate::model::walls::{Aag, Convexity, FacePair};
 use crate::spatial::TriangleBvh;
 use glam::DVec3;
@@ -214,34 +215,31 @@ impl Search<'_> {
         }
         risers.sort_unstable();
         risers.dedup();
-        let level = self.faces(a, base, &risers) && self.faces(c, base, &risers);
+        let level = self.faces(a, base, range[1]) && self.faces(c, base, range[1]);
         (level && !risers.is_empty()).then_some(risers)
     }
 
-    /// Whether `f` looks the other way than `base` does, wherever it meets one of `others`: over the fillets of a bend it does not.
-    fn faces(&mut self, f: FaceId, base: FaceId, others: &[FaceId]) -> bool {
-        let brep = self.brep;
-        let mut border: Vec<VertexId> = others
-            .iter()
-            .flat_map(|&g| &self.facets[g])
-            .flat_map(|&t| brep.facets[t].corners)
-            .collect();
-        border.sort_unstable();
-        border.dedup();
+    /// Whether `f` looks the other way than `base` does somewhere plumb above it, at most so high. Beyond the fillets of a bend it does not;
+    /// a fillet that is paired itself does at its end.
+    fn faces(&mut self, f: FaceId, base: FaceId, high: f64) -> bool {
         self.look_at(base);
-        let (Some(bvh), own) = (self.surfaces.get(&base), &self.facets[base]) else {
+        let (brep, own) = (self.brep, &self.facets[base]);
+        let Some(bvh) = self.surfaces.get(&base) else {
             return false;
         };
-        self.facets[f].iter().all(|&t| {
-            let meeting = brep.facets[t]
-                .corners
-                .iter()
-                .find(|v| border.binary_search(v).is_ok());
-            meeting.is_none_or(|&v| {
-                bvh.nearest(brep.vertices[v]).is_some_and(|near| {
-                    normal(brep, t).dot(normal(brep, own[near.index])) < -PLUMB_COS
+        self.facets[f].iter().any(|&t| {
+            let corners = brep.corners(t);
+            [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0)]
+                .into_iter()
+                .zip(corners)
+                .any(|((u, v), p)| {
+                    bvh.nearest_within(p, high).is_some_and(|near| {
+                        let below = normal(brep, own[near.index]);
+                        let here = six_node::normal(&corners, &brep.facets[t].mids, u, v);
+                        (near.point - p).dot(below) > PLUMB_COS * near.distance
+                            && here.dot(below) < -PLUMB_COS
+                    })
                 })
-            })
         })
     }
 
