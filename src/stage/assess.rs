@@ -19,6 +19,8 @@ const NEAR: f64 = 0.35;
 const ASTRAY: f64 = 0.1;
 /// A piece of boundary faces a direction within this cosine; a lateral face faces neither.
 const FACING_COS: f64 = 0.5;
+/// A nearest point seen at more than this cosine off the normal is at an edge; the flat facets of a curved face differ by less.
+const PLUMB_COS: f64 = 0.97;
 
 /// Nearer to a junction or crease than this many thicknesses the two distances say nothing.
 const AWAY: f64 = 1.5;
@@ -103,16 +105,19 @@ fn astray(brep: &Brep, complex: &MidComplex) -> f64 {
         .iter()
         .map(|[a, b, c]| (*b - *a).cross(*c - *a).normalize_or_zero())
         .collect();
-    // Whether the boundary that faces `n` is as far from `p` as the boundary that faces away from it.
+    // Whether the boundary that faces `n` is as far from `p` as the boundary that faces away from it, one of them at an edge.
     let midway = |p: DVec3, n: DVec3, reach: f64| {
-        let distance = |n: DVec3| {
+        let foot = |n: DVec3| {
             bvh.nearest_where(p, reach, |i| outward[i].dot(n) > FACING_COS)
-                .map(|near| near.distance)
+                .map(|near| {
+                    let plumb = (near.point - p).dot(outward[near.index]);
+                    (near.distance, plumb < PLUMB_COS * near.distance)
+                })
         };
-        let (Some(d), Some(e)) = (distance(n), distance(-n)) else {
+        let (Some((d, slant)), Some((e, aslant))) = (foot(n), foot(-n)) else {
             return false;
         };
-        (d - e).abs() <= ASTRAY * (d + e)
+        (slant || aslant) && (d - e).abs() <= ASTRAY * (d + e)
     };
     let judged: Vec<(f64, bool)> = triangles
         .par_iter()

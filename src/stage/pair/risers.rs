@@ -4,13 +4,14 @@
 //! between the inner edge of the step and the opposite side. So the riser (with its fillets and chamfers) is a piece of the wall's side, and the walls before
 //! and behind it are one wall.
 //!
-//! A riser joins two paired faces, faces no mate itself, and lies at heights above the opposite side between the two thicknesses. A lateral face reaches down to
-//! the opposite side, a rib or a ridge rises above the thicker wall, a groove goes below the thinner one: none of these is a riser. Where the thickness more
-//! than trebles nothing is said: the thin wall then ends at a block.
+//! A riser joins two paired faces, faces no mate itself, and lies at heights above the opposite side between the two thicknesses. A lateral face
+//! reaches down to the opposite side, a rib or a ridge rises above the thicker wall, a groove goes below the thinner one, and a fillet leads
+//! into a wall at an angle: none of these is a riser. Where the thickness more than trebles nothing is said: the thin wall then ends at a block.
 //!
 //! Cost: one nearest-point query a vertex of every unpaired face beside a paired one.
 
 use super::walls::other;
+use crate::geom::six_node;
 use crate::model::brep::Brep;
 use crate::model::ids::{FaceId, FacetId, IndexVec};
 use crate::model::walls::{Aag, Convexity, FacePair};
@@ -24,7 +25,7 @@ const GREATEST_RATIO: f64 = 3.0;
 const SLACK: f64 = 0.05;
 /// A joggle leaves at least this share of the thickness between its two inner edges, and rises by as much at most: what is left is a wall still.
 const LEAST_NECK: f64 = 0.5;
-/// Heights are measured plumb to the opposite side, to this cosine; under a slanted lateral face they are not.
+/// Heights are measured plumb to the opposite side, to this cosine, and both levels look at it: slanted lateral faces and the fillets of bends do not.
 const PLUMB_COS: f64 = 0.8;
 /// Share of a riser's border that lies along the side that it continues: a chamfer at the rim of the thicker wall touches it with half of its border only.
 const LEAST_BORDER: f64 = 0.6;
@@ -214,7 +215,40 @@ impl Search<'_> {
         }
         risers.sort_unstable();
         risers.dedup();
-        (!risers.is_empty()).then_some(risers)
+        let level = self.faces(a, base, range[1]) && self.faces(c, base, range[1]);
+        (level && !risers.is_empty()).then_some(risers)
+    }
+
+    /// Whether `f` looks the other way than `base` does somewhere plumb above it, at most so high. Beyond the fillets of a bend it does not;
+    /// a fillet that is paired itself does at its end.
+    fn faces(&mut self, f: FaceId, base: FaceId, high: f64) -> bool {
+        self.look_at(base);
+        let (brep, own) = (self.brep, &self.facets[base]);
+        let Some(bvh) = self.surfaces.get(&base) else {
+            return false;
+        };
+        self.facets[f].iter().any(|&t| {
+            let corners = brep.corners(t);
+            [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0)]
+                .into_iter()
+                .zip(corners)
+                .any(|((u, v), p)| {
+                    bvh.nearest_within(p, high).is_some_and(|near| {
+                        let below = normal(brep, own[near.index]);
+                        let here = six_node::normal(&corners, &brep.facets[t].mids, u, v);
+                        (near.point - p).dot(below) > PLUMB_COS * near.distance
+                            && here.dot(below) < -PLUMB_COS
+                    })
+                })
+        })
+    }
+
+    fn look_at(&mut self, base: FaceId) {
+        let (brep, own) = (self.brep, &self.facets[base]);
+        self.surfaces.entry(base).or_insert_with(|| {
+            let corners: Vec<[DVec3; 3]> = own.iter().map(|&t| brep.corners(t)).collect();
+            TriangleBvh::new(&corners)
+        });
     }
 
     fn within(&mut self, f: FaceId, base: FaceId, [low, high]: [f64; 2]) -> bool {
@@ -228,23 +262,25 @@ impl Search<'_> {
         if let Some(&known) = self.heights.get(&(f, base)) {
             return known;
         }
+        self.look_at(base);
         let (brep, own) = (self.brep, &self.facets[base]);
-        let bvh = self.surfaces.entry(base).or_insert_with(|| {
-            let corners: Vec<[DVec3; 3]> = own.iter().map(|&t| brep.corners(t)).collect();
-            TriangleBvh::new(&corners)
-        });
+        let bvh = self.surfaces.get(&base)?;
         let mut range = Some([f64::INFINITY, 0.0f64]);
         for v in self.facets[f].iter().flat_map(|&t| brep.facets[t].corners) {
             let p = brep.vertices[v];
             range = range.and_then(|[least, most]| {
                 let near = bvh.nearest(p)?;
-                let [x, y, z] = brep.corners(own[near.index]);
-                let normal = (y - x).cross(z - x).normalize_or_zero();
-                let plumb = (near.point - p).dot(normal) > PLUMB_COS * near.distance;
+                let plumb =
+                    (near.point - p).dot(normal(brep, own[near.index])) > PLUMB_COS * near.distance;
                 plumb.then_some([least.min(near.distance), most.max(near.distance)])
             });
         }
         self.heights.insert((f, base), range);
         range
     }
+}
+
+fn normal(brep: &Brep, facet: FacetId) -> DVec3 {
+    let [a, b, c] = brep.corners(facet);
+    (b - a).cross(c - a).normalize_or_zero()
 }

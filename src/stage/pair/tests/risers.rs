@@ -140,3 +140,15 @@ fn ridges_grooves_ribs_lumps_and_high_steps_have_no_risers() {
         assert!(on_sides >= coloured, "{name}");
     }
 }
+
+#[test]
+fn walls_at_an_angle_are_joined_by_no_riser() {
+    let joggle = profile(&[20.0, 40.0], &[1.0, 3.0, 4.0], |x, z| {
+        if x > 20.0 { z > 1.0 } else { z < 3.0 }
+    });
+    for (degrees, walls) in [(0f64, 1), (20.0, 1), (50.0, 2)] {
+        let rise = degrees.to_radians().tan();
+        let bent = joggle.mapped(|p| p + DVec3::Z * rise * (p.x - 20.0).max(0.0));
+        assert_eq!(paired(&bent.brep).walls.len(), walls, "{degrees}");
+    }
+}
