@@ -192,18 +192,20 @@ fn traces(patch: &Patch, pieces: &[Piece]) -> Vec<NodeId> {
 /// Takes meshes away whose inner edges join two old nodes that are joined elsewhere too: two such edges would become one.
 fn drop_clashes(pieces: &mut [Piece]) {
     loop {
-        let mut edges: Vec<([NodeId; 2], u32, bool)> = Vec::new();
+        // A pinched or cut patch has two corners for one node, so that even two edges of one piece may be the same.
+        let mut edges: Vec<([NodeId; 2], u32, [u32; 2], bool)> = Vec::new();
         for (i, piece) in pieces.iter().enumerate() {
-            edges.extend((named_edges(piece).into_iter()).map(|(e, inner)| (e, i as u32, inner)));
+            let named = named_edges(piece).into_iter();
+            edges.extend(named.map(|(e, corners, inner)| (e, i as u32, corners, inner)));
         }
         edges.sort_unstable();
         edges.dedup();
         let mut changed = false;
         for run in edges.chunk_by(|a, b| a.0 == b.0) {
-            if run.len() < 2 || run.iter().all(|e| !e.2) {
+            if run.len() < 2 || run.iter().all(|e| !e.3) {
                 continue;
             }
-            for (_, i, _) in run.iter().filter(|e| e.2) {
+            for (_, i, ..) in run.iter().filter(|e| e.3) {
                 changed |= pieces[*i as usize].mesh.take().is_some();
             }
         }
@@ -213,16 +215,17 @@ fn drop_clashes(pieces: &mut [Piece]) {
     }
 }
 
-/// Edges of a piece between nodes of the old complex, with whether they lie inside it.
-fn named_edges(piece: &Piece) -> Vec<([NodeId; 2], bool)> {
+/// Edges of a piece between nodes of the old complex, with their corners in the patch, and whether they lie inside it.
+fn named_edges(piece: &Piece) -> Vec<([NodeId; 2], [u32; 2], bool)> {
     let patch = &piece.patch;
     let named = |a: u32, b: u32| {
         let (a, b) = (patch.nodes.get(a as usize)?, patch.nodes.get(b as usize)?);
         Some([*a.min(b), *a.max(b)])
     };
-    let mut fixed: Vec<[NodeId; 2]> = (patch.boundary())
+    // By corners, not by nodes: an edge inside may have the nodes of one on the boundary, and that is the clash looked for.
+    let mut fixed: Vec<[u32; 2]> = (patch.boundary())
         .chain(patch.kept_edges.iter().copied())
-        .filter_map(|e| named(e[0], e[1]))
+        .map(|[a, b]| [a.min(b), a.max(b)])
         .collect();
     fixed.sort_unstable();
     let triangles = match &piece.mesh {
@@ -231,8 +234,8 @@ fn named_edges(piece: &Piece) -> Vec<([NodeId; 2], bool)> {
     };
     (triangles.iter())
         .flat_map(|t| (0..3).map(|k| (t[k], t[(k + 1) % 3])))
-        .filter_map(|(a, b)| named(a, b))
-        .map(|e| (e, fixed.binary_search(&e).is_err()))
+        .filter_map(|(a, b)| named(a, b).map(|e| (e, [a.min(b), a.max(b)])))
+        .map(|(e, corners)| (e, corners, fixed.binary_search(&corners).is_err()))
         .collect()
 }
 

@@ -2,7 +2,7 @@
 
 use crate::model::ids::{FaceId, IndexVec, WallId};
 use crate::model::sighting::{Extent, Sighting};
-use crate::model::walls::{Aag, FacePair};
+use crate::model::walls::{Aag, Convexity, FacePair};
 
 /// What a pair must show.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -84,7 +84,7 @@ impl View {
 /// All pairs, sorted by faces. Their wall is not yet known.
 pub(super) fn pairs(aag: &Aag, sightings: &[Sighting], options: &PairOptions) -> Vec<FacePair> {
     let views = views(sightings, options);
-    let width = |f: FaceId| 2.0 * aag.area[f] / aag.perimeter[f].max(f64::MIN_POSITIVE);
+    let width = |f: FaceId| width(aag, f);
     let seen = |f: FaceId, g: FaceId| find(&views, f, g).map_or(0.0, |v| v.area);
     let mut accepted: Vec<&View> = views
         .iter()
@@ -158,15 +158,33 @@ fn goes_on(aag: &Aag, mates: &Mates, f: FaceId, g: FaceId) -> bool {
 /// A face that turns from its neighbour by less than this goes on with its side of the wall; one that turns by more ends it.
 const CONTINUES_RAD: f64 = std::f64::consts::FRAC_PI_4;
 
+/// Faces and borders narrower than this, in thicknesses, are slivers: they say nothing of where a side ends.
+const SLIVER: f64 = 0.25;
+
+/// Whether a face leads from a side of a wall round to a face that is none: the rounding of a rim does, and that of a rib's blind end.
+fn leads_away(aag: &Aag, is_side: impl Fn(FaceId) -> bool, f: FaceId, across: f64) -> bool {
+    aag.arcs_of(f).any(|a| {
+        let h = Aag::across(a, f);
+        a.convexity == Convexity::Smooth
+            && !is_side(h)
+            && a.length.min(width(aag, h)) > SLIVER * across
+    })
+}
+
+/// Mean width of a face.
+fn width(aag: &Aag, f: FaceId) -> f64 {
+    2.0 * aag.area[f] / aag.perimeter[f].max(f64::MIN_POSITIVE)
+}
+
 /// Faces still alone that go on with a paired face and see a neighbour of that face's mate, about as far away: MidSurfer, algorithm 2.
-/// Without distance and turn two lateral faces, each beside both sides of a wall, would be a pair.
+/// Without distance and turn two lateral faces, each beside both sides of a wall, would be a pair. Of these the ones stay that do not lead away.
 fn complement<'a>(
     aag: &Aag,
     views: &'a [View],
     mates: &Mates,
     options: &PairOptions,
 ) -> Vec<&'a View> {
-    views
+    let mut found: Vec<&View> = views
         .iter()
         .filter(|v| {
             let (f, g) = (v.from, v.to);
@@ -181,7 +199,16 @@ fn complement<'a>(
                 })
                 && goes_on(aag, mates, f, g)
         })
-        .collect()
+        .collect();
+    loop {
+        let before = found.len();
+        let sides: Vec<FaceId> = found.iter().map(|v| v.from).collect();
+        let is_side = |h: FaceId| !mates[h].is_empty() || sides.contains(&h);
+        found.retain(|v| !leads_away(aag, is_side, v.from, v.median()));
+        if found.len() == before {
+            return found;
+        }
+    }
 }
 
 fn views(sightings: &[Sighting], options: &PairOptions) -> Vec<View> {
