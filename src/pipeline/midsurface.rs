@@ -15,7 +15,9 @@ use crate::model::tet_graph::TetGraph;
 use crate::model::walls::{Aag, Pairing};
 use crate::stage::assess::{Assessment, assess};
 use crate::stage::pair::PairOptions;
-use crate::stage::{adjacency, collapse, decompose, extract, pair, prune, role, unite, widen};
+use crate::stage::{
+    adjacency, collapse, decompose, extract, pair, prune, reach, role, unite, widen,
+};
 
 /// Least widths of a wall that are tried, in thicknesses, the literature's first.
 const WIDTHS: [f64; 3] = [1.0, 0.5, 0.25];
@@ -159,6 +161,7 @@ fn candidate(
         let medial = Medial::new(brep, aag, &pairing);
         let complex = extract::place(complex, &medial);
         let (complex, _) = prune::prune(complex, &medial);
+        let complex = reach::reach_rims(complex, brep, &pairing, &medial);
         (extract::place(complex, &medial), pairing)
     });
     fault("unite", pairing.check().first())?;

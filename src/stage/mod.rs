@@ -14,6 +14,7 @@ pub mod patch;
 pub mod prune;
 pub mod quads;
 pub mod quality;
+pub mod reach;
 pub mod remesh;
 pub mod role;
 pub mod shell;

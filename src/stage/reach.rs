@@ -1,0 +1,227 @@
+//! Reach: rims that stop short of the lateral face are carried on to it.
+//!
+//! Where a rim is rounded, no label opposes another near it, and the collapse eats up to the first tets that lie between the two sides: the sheet ends in a ragged
+//! border a little inside the material. Its nodes take the nearest face ahead that is no side of a wall there as a support; placing then moves the rim onto it.
+//!
+//! Guarantees: topology and positions untouched; only supports are added, only to nodes of rims without a face, and only where a face that is no side of a wall
+//! is within reach. A border further inside ends at a lump, and stays.
+//! Cost: one nearest-point query a bare rim node.
+
+use crate::geom::placer::Placer;
+use crate::model::brep::Brep;
+use crate::model::complex::{EdgeKind, MidComplex, Support};
+use crate::model::ids::{FaceId, FacetId, IndexVec, NodeId, TriangleId};
+use crate::model::walls::Pairing;
+use crate::spatial::TriangleBvh;
+use glam::DVec3;
+use rayon::prelude::*;
+use smallvec::SmallVec;
+
+/// How far a rim may be from its face, in thicknesses: a full rounding ends half of one beyond the sides, and a ragged border is as far again inside.
+const REACH: f64 = 1.5;
+/// A wall does not reach a place that is further than this beyond the end of one of its sides, or where it would be so much thicker, in thicknesses.
+const PAST: f64 = 0.5;
+/// Rounds in which neighbours on the rim even out where outwards is: a ragged border looks every way.
+const ROUNDS: usize = 4;
+
+/// Gives bare nodes of rims the lateral face near them.
+pub fn reach_rims(
+    mut complex: MidComplex,
+    brep: &Brep,
+    pairing: &Pairing,
+    placer: &dyn Placer,
+) -> MidComplex {
+    let rims = Rims::new(&complex);
+    let bare: Vec<NodeId> = complex
+        .nodes
+        .ids()
+        .filter(|&n| !rims.along[n].is_empty() && walls_only(&complex, n))
+        .collect();
+    if bare.is_empty() {
+        return complex;
+    }
+    let outwards = rims.outwards(&complex);
+    let corners: Vec<[DVec3; 3]> = brep.facets.ids().map(|f| brep.corners(f)).collect();
+    let bvh = TriangleBvh::new(&corners);
+    let found: Vec<Option<FaceId>> = bare
+        .par_iter()
+        .map(|&n| {
+            let p = complex.nodes[n].point;
+            let &[Support::Mid(wall)] = complex.nodes[n].supports.as_slice() else {
+                return None;
+            };
+            let thickness = placer.thickness(p, wall)?;
+            let side = &pairing.walls.get(wall)?.sides;
+            let near = bvh.nearest_where(p, REACH * thickness, |i| {
+                let face = brep.facets[FacetId(i as u32)].face;
+                !side.iter().any(|s| s.binary_search(&face).is_ok())
+            })?;
+            let face = brep.facets[FacetId(near.index as u32)].face;
+            let ahead = outwards[n].dot(near.point - p) > 0.0;
+            (ahead && is_lateral(pairing, placer, face, near.point)).then_some(face)
+        })
+        .collect();
+    for (n, face) in bare.into_iter().zip(found) {
+        if let Some(face) = face {
+            complex.nodes[n].supports.push(Support::Face(face));
+        }
+    }
+    complex
+}
+
+/// Whether a face is the side of no wall that reaches a place: one face may be the side of a wall and, further on, the lateral face of a flange.
+fn is_lateral(pairing: &Pairing, placer: &dyn Placer, face: FaceId, at: DVec3) -> bool {
+    pairing.walls.enumerated().all(|(w, wall)| {
+        let side = wall.sides.iter().any(|s| s.binary_search(&face).is_ok());
+        let wide = placer
+            .thickness(at, w)
+            .is_none_or(|t| t > wall.thickness * (1.0 + PAST));
+        !side || wide || placer.beyond(at, w) > PAST * wall.thickness
+    })
+}
+
+/// Whether a node lies on one wall and on no face.
+fn walls_only(complex: &MidComplex, n: NodeId) -> bool {
+    matches!(complex.nodes[n].supports.as_slice(), [Support::Mid(_)])
+}
+
+struct Rims {
+    edges: Vec<([NodeId; 2], TriangleId)>,
+    along: IndexVec<NodeId, SmallVec<[NodeId; 2]>>,
+}
+
+impl Rims {
+    fn new(complex: &MidComplex) -> Self {
+        let mut rims = Self {
+            edges: Vec::new(),
+            along: IndexVec::filled(SmallVec::new(), complex.nodes.len()),
+        };
+        for edge in complex.edges() {
+            if complex.kind(&edge) == EdgeKind::Rim {
+                let [a, b] = edge.ends;
+                rims.along[a].push(b);
+                rims.along[b].push(a);
+                rims.edges.push((edge.ends, edge.triangles[0]));
+            }
+        }
+        rims
+    }
+
+    /// Where the sheet ends, seen from every node of a rim: away from the triangles there, evened out along the rim.
+    fn outwards(&self, complex: &MidComplex) -> IndexVec<NodeId, DVec3> {
+        let p = |n: NodeId| complex.nodes[n].point;
+        let mut outwards = IndexVec::filled(DVec3::ZERO, complex.nodes.len());
+        for &([a, b], t) in &self.edges {
+            let nodes = complex.triangles[t].nodes;
+            let Some(c) = nodes.into_iter().find(|&n| n != a && n != b) else {
+                continue;
+            };
+            let along = (p(b) - p(a)).normalize_or_zero();
+            let inner = p(c) - p(a);
+            // As long as the edge: long edges know better.
+            let away = (along * inner.dot(along) - inner).normalize_or_zero() * p(a).distance(p(b));
+            outwards[a] += away;
+            outwards[b] += away;
+        }
+        for _ in 0..ROUNDS {
+            let before = outwards.clone();
+            for (n, list) in self.along.enumerated() {
+                for &m in list {
+                    outwards[n] += before[m];
+                }
+            }
+        }
+        outwards
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::complex::{MidNode, MidTriangle};
+    use crate::model::ids::WallId;
+    use crate::model::walls::Wall;
+    use crate::test_parts::box_brep;
+
+    /// The middle plane z = 1 of a plate two thick.
+    struct Middle;
+    impl Placer for Middle {
+        fn place(&self, start: DVec3, _: &[Support]) -> DVec3 {
+            start
+        }
+        fn normal(&self, _: DVec3, _: WallId) -> Option<DVec3> {
+            Some(DVec3::Z)
+        }
+        fn thickness(&self, _: DVec3, _: WallId) -> Option<f64> {
+            Some(2.0)
+        }
+        fn curvature_radius(&self, _: DVec3, _: WallId) -> f64 {
+            f64::INFINITY
+        }
+    }
+
+    /// A strip in the middle plane of a plate 30 x 20 x 2 whose border along y = `border` is ragged.
+    fn ragged(border: f64) -> MidComplex {
+        let mut complex = MidComplex::default();
+        let supports = [Support::Mid(WallId(0))];
+        let mut row = |y: f64, rag: f64| -> Vec<NodeId> {
+            (0..9)
+                .map(|i| {
+                    let point =
+                        DVec3::new(3.0 * f64::from(i) + 3.0, y - rag * f64::from(i % 2), 1.0);
+                    complex.nodes.push(MidNode {
+                        point,
+                        supports: supports.iter().copied().collect(),
+                    })
+                })
+                .collect()
+        };
+        let (low, high) = (row(10.0, 0.0), row(border, 0.7));
+        for i in 0..8 {
+            for nodes in [
+                [low[i], low[i + 1], high[i + 1]],
+                [low[i], high[i + 1], high[i]],
+            ] {
+                complex.triangles.push(MidTriangle {
+                    nodes,
+                    wall: WallId(0),
+                });
+            }
+        }
+        complex
+    }
+
+    fn reached(border: f64) -> Vec<usize> {
+        let brep = box_brep(DVec3::new(30.0, 20.0, 2.0));
+        let flat = |z: f64| -> Vec<FaceId> {
+            let lies = |f: &FacetId| brep.corners(*f).iter().all(|p| p.z == z);
+            brep.facets
+                .ids()
+                .find(lies)
+                .map(|f| brep.facets[f].face)
+                .into_iter()
+                .collect()
+        };
+        let mut pairing = Pairing::default();
+        pairing.walls.push(Wall {
+            sides: [flat(2.0), flat(0.0)],
+            thickness: 2.0,
+            group: 0,
+        });
+        let complex = reach_rims(ragged(border), &brep, &pairing, &Middle);
+        (complex.nodes.iter())
+            .enumerate()
+            .filter(|(_, n)| n.supports.len() > 1)
+            .map(|x| x.0)
+            .collect()
+    }
+
+    #[test]
+    fn a_ragged_rim_near_its_face_takes_it_and_one_far_inside_does_not() {
+        // Nodes 9 to 17 are the border; those at the short ends look along x too, and 3 mm off is as far as they reach.
+        let near = reached(18.5);
+        assert!((10..=16).all(|n| near.contains(&n)), "{near:?}");
+        let far = reached(15.0);
+        assert!((10..=16).all(|n| !far.contains(&n)), "{far:?}");
+    }
+}
