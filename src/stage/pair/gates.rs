@@ -117,7 +117,7 @@ pub(super) fn pairs(aag: &Aag, sightings: &[Sighting], options: &PairOptions) ->
     accepted.retain(|v| is_wall(v.from) && is_wall(v.to));
 
     let mates = mates(&accepted, aag.area.len(), |_| true);
-    accepted.extend(complement(aag, &views, &mates, options));
+    accepted.extend(complement(aag, sightings, &views, &mates, options));
     gather(&views, &accepted)
 }
 
@@ -161,7 +161,8 @@ const CONTINUES_RAD: f64 = std::f64::consts::FRAC_PI_4;
 /// Faces and borders narrower than this, in thicknesses, are slivers: they say nothing of where a side ends.
 const SLIVER: f64 = 0.25;
 
-/// Whether a face leads from a side of a wall round to a face that is none: the rounding of a rim does, and that of a rib's blind end.
+/// Whether a face leads from a side of a wall round to a face that is none: the fillet at a rib's blind end does, and the rounding of a rim. The first is no
+/// side, the plate runs on flat below it; over the second the wall gets thinner up to its end.
 fn leads_away(aag: &Aag, is_side: impl Fn(FaceId) -> bool, f: FaceId, across: f64) -> bool {
     aag.arcs_of(f).any(|a| {
         let h = Aag::across(a, f);
@@ -169,6 +170,17 @@ fn leads_away(aag: &Aag, is_side: impl Fn(FaceId) -> bool, f: FaceId, across: f6
             && !is_side(h)
             && a.length.min(width(aag, h)) > SLIVER * across
     })
+}
+
+/// Whether a face is hollow: its normals come together. Sightings are in order of the faces.
+fn is_hollow(sightings: &[Sighting], f: FaceId) -> bool {
+    let first = sightings.partition_point(|s| s.from < f);
+    let own = &sightings[first..first + sightings[first..].partition_point(|s| s.from == f)];
+    let opening: f64 = own
+        .windows(2)
+        .map(|w| (w[0].point - w[1].point).dot(w[1].inward - w[0].inward))
+        .sum();
+    opening < 0.0
 }
 
 /// Mean width of a face.
@@ -180,6 +192,7 @@ fn width(aag: &Aag, f: FaceId) -> f64 {
 /// Without distance and turn two lateral faces, each beside both sides of a wall, would be a pair. Of these the ones stay that do not lead away.
 fn complement<'a>(
     aag: &Aag,
+    sightings: &[Sighting],
     views: &'a [View],
     mates: &Mates,
     options: &PairOptions,
@@ -204,7 +217,9 @@ fn complement<'a>(
         let before = found.len();
         let sides: Vec<FaceId> = found.iter().map(|v| v.from).collect();
         let is_side = |h: FaceId| !mates[h].is_empty() || sides.contains(&h);
-        found.retain(|v| !leads_away(aag, is_side, v.from, v.median()));
+        found.retain(|v| {
+            !leads_away(aag, is_side, v.from, v.median()) || !is_hollow(sightings, v.from)
+        });
         if found.len() == before {
             return found;
         }
