@@ -75,6 +75,26 @@ def corpus_row(part, a, folder):
     return dict(part=part.stem, status=status, seconds=seconds, audit=audit, elements=told.get("quality", {}).get("elements"), doubts=[d["code"] for d in doubts], why=why)
 
 
+def judged_rows(path):
+    """rows that a judge of one's own has written while it ran midshell itself: part, exit, seconds, chi, chi_solid, pieces, solids, r95, cover, mass, elements, why, verdict"""
+    number = lambda text: float(text) if text not in (None, "", "-") else None
+    rows, verdicts = [], {}
+    with open(path, newline="") as f:
+        for r in csv.DictReader(f):
+            status = int(r["exit"]) if r["exit"].lstrip("-").isdigit() else None
+            audit = {}
+            if number(r["chi"]) is not None:
+                audit = dict(euler=round(number(r["chi"])), euler_solid=number(r["chi_solid"]), pieces=number(r["pieces"]), solids=number(r["solids"]))
+                audit |= {k: number(r[k]) for k in ("r95", "cover", "mass")}
+            r["why"] = r["why"].strip()
+            why = "" if status == 0 else r["why"] or f"still running after {number(r['seconds']):g} s" if status is None else r["why"]
+            # The last line of what midshell said begins with the doubt's name.
+            doubts = [why.split(":", 1)[0]] if status == 1 else []
+            rows.append(dict(part=r["part"], status=status, seconds=number(r["seconds"]), audit=audit, elements=round(number(r["elements"])) if number(r["elements"]) else None, doubts=doubts, why=why.split(": ", 1)[-1] if status not in (0, 1) else ", ".join(doubts)))
+            verdicts[r["part"]] = r["verdict"]
+    return rows, verdicts
+
+
 def percent(x, digits=2):
     return "-" if x is None else f"{100 * x:.{digits}f} %"
 
@@ -165,18 +185,21 @@ def main():
     p.add_argument("--midshell", default=str(ROOT / "target/release/midshell"), help="the binary")
     p.add_argument("--page", type=Path, help="the page to write into")
     p.add_argument("--verdicts", type=Path, help="CSV of a judge of your own: part, verdict")
+    p.add_argument("--results", type=Path, help="CSV of a judge that ran midshell itself, instead of --parts and --verdicts")
     p.add_argument("--jobs", type=int, default=2, help="parts at a time")
     p.add_argument("--threads", type=int, default=2, help="threads a part")
     p.add_argument("--limit", type=float, default=120, help="seconds a part")
     a = p.parse_args()
-    if not (a.parts or a.time):
-        p.error("nothing to do: name --parts or --time")
+    if not (a.parts or a.time or a.results):
+        p.error("nothing to do: name --parts, --results or --time")
     texts = {}
     with tempfile.TemporaryDirectory() as folder:
         # Timed first and alone: nothing else runs meanwhile.
         if a.time:
             texts["timings"] = timing_text(parts_of(a.time), a, folder)
-        if a.parts:
+        if a.results:
+            texts["corpus"] = corpus_text(*judged_rows(a.results))
+        elif a.parts:
             verdicts = {}
             if a.verdicts:
                 with open(a.verdicts, newline="") as f:
