@@ -285,9 +285,12 @@ fn dump_keeps_what_every_stage_made() {
         .collect();
     files.sort();
     let stages = [
+        "charted-1",
         "clean-1",
         "faces-1",
+        "fair-1",
         "mesh",
+        "polished-1",
         "raw-1",
         "remeshed-1",
         "tets-1",
