@@ -15,6 +15,8 @@ mod ready;
 pub use ready::ReadyFacet;
 
 use super::triangle::nearest_on_segment;
+use crate::model::brep::Brep;
+use crate::model::ids::{FaceId, IndexVec};
 use glam::{DVec2, DVec3};
 
 /// Enough for quadratic convergence from any start inside a facet that is not badly bent; more is rounding noise.
@@ -61,6 +63,16 @@ impl Polynomial {
     fn dv(&self, w: DVec2) -> DVec3 {
         self.pv + self.pvv * (2.0 * w.y) + self.puv * w.x
     }
+}
+
+/// The facets of every face.
+pub fn facets_of_faces(brep: &Brep) -> IndexVec<FaceId, Vec<QuadraticTriangle>> {
+    let mut of_face = IndexVec::filled(Vec::new(), brep.faces.len());
+    for (id, facet) in brep.facets.enumerated() {
+        let (corners, mids) = (brep.corners(id), facet.mids);
+        of_face[facet.face].push(QuadraticTriangle { corners, mids });
+    }
+    of_face
 }
 
 impl QuadraticTriangle {

@@ -17,6 +17,14 @@ pub enum Support {
 /// The supports of a node, sorted and without repetition.
 pub type Supports = SmallVec<[Support; 4]>;
 
+/// The faces of the solid among supports.
+pub fn faces(supports: &[Support]) -> impl Iterator<Item = FaceId> {
+    supports.iter().filter_map(|s| match s {
+        Support::Face(face) => Some(*face),
+        Support::Mid(_) => None,
+    })
+}
+
 /// A node of the mid-complex.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MidNode {
@@ -110,6 +118,22 @@ impl MidComplex {
             [a, b] if self.triangles[*a].wall == self.triangles[*b].wall => EdgeKind::Inner,
             [_, _] => EdgeKind::Crease,
             _ => EdgeKind::Junction,
+        }
+    }
+
+    /// Puts every node onto the walls of its triangles and no others; the faces that it lies on stay.
+    pub fn support_by_walls(&mut self) {
+        for node in self.nodes.as_mut_slice() {
+            node.supports.retain(|s| matches!(s, Support::Face(_)));
+        }
+        for t in self.triangles.as_slice() {
+            for n in t.nodes {
+                self.nodes[n].supports.push(Support::Mid(t.wall));
+            }
+        }
+        for node in self.nodes.as_mut_slice() {
+            node.supports.sort_unstable();
+            node.supports.dedup();
         }
     }
 

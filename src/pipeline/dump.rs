@@ -8,7 +8,7 @@ use super::error::PipelineError;
 use super::midsurface::MidSurface;
 use crate::export::{CellSet, ExportOptions, Format, WriteError, render, render_cells, write_all};
 use crate::geom::kind::{FaceKind, face_kind};
-use crate::geom::six_node::QuadraticTriangle;
+use crate::geom::six_node::facets_of_faces;
 use crate::import::Piece;
 use crate::model::brep::Brep;
 use crate::model::complex::MidComplex;
@@ -131,13 +131,7 @@ fn tet_cells(piece: &Piece) -> CellSet {
 }
 
 fn facet_cells(brep: &Brep) -> CellSet {
-    let mut of_face: IndexVec<FaceId, Vec<QuadraticTriangle>> =
-        IndexVec::filled(Vec::new(), brep.faces.len());
-    for (id, facet) in brep.facets.enumerated() {
-        let (corners, mids) = (brep.corners(id), facet.mids);
-        of_face[facet.face].push(QuadraticTriangle { corners, mids });
-    }
-    let kind: Vec<FaceKind> = of_face.iter().map(|f| face_kind(f)).collect();
+    let kind: Vec<FaceKind> = facets_of_faces(brep).iter().map(|f| face_kind(f)).collect();
     let field = |value: &dyn Fn(FaceId) -> f64| brep.facets.iter().map(|f| value(f.face)).collect();
     CellSet {
         points: brep.vertices.as_slice().to_vec(),

@@ -6,7 +6,7 @@
 
 use super::midsurface::MidSurface;
 use crate::geom::kind::face_kind;
-use crate::geom::six_node::QuadraticTriangle;
+use crate::geom::six_node::{QuadraticTriangle, facets_of_faces};
 use crate::inspection::{PairFacts, SolidFacts, WallFacts, thickness_histogram};
 use crate::model::brep::Brep;
 use crate::model::complex::{EdgeKind, MidComplex};
@@ -18,17 +18,12 @@ use std::collections::BTreeMap;
 
 /// What the boundary alone tells.
 pub(super) fn solid_facts(brep: &Brep) -> SolidFacts {
-    let mut of_face: IndexVec<FaceId, Vec<QuadraticTriangle>> =
-        IndexVec::filled(Vec::new(), brep.faces.len());
-    let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-    for (id, facet) in brep.facets.enumerated() {
-        let (corners, mids) = (brep.corners(id), facet.mids);
-        for p in corners.into_iter().chain(mids) {
-            (low, high) = (low.min(p), high.max(p));
-        }
-        of_face[facet.face].push(QuadraticTriangle { corners, mids });
-    }
+    let of_face = facets_of_faces(brep);
     let all = || of_face.iter().flatten();
+    let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+    for p in all().flat_map(|f| f.corners.into_iter().chain(f.mids)) {
+        (low, high) = (low.min(p), high.max(p));
+    }
     let kinds: Vec<_> = of_face
         .as_slice()
         .par_iter()

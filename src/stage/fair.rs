@@ -12,7 +12,7 @@
 
 use crate::geom::orient::{orient, turned};
 use crate::geom::placer::Placer;
-use crate::model::complex::{EdgeKind, MidComplex, Support};
+use crate::model::complex::{EdgeKind, MidComplex, faces};
 use crate::model::ids::{IndexVec, NodeId, TriangleId};
 use glam::DVec3;
 use rayon::prelude::*;
@@ -150,12 +150,7 @@ impl Net {
                 continue;
             }
             beside[n].clear();
-            let faces = complex.nodes[n]
-                .supports
-                .iter()
-                .filter(|s| matches!(s, Support::Face(_)))
-                .count();
-            if along[n].len() == 2 && faces < 2 {
+            if along[n].len() == 2 && faces(&complex.nodes[n].supports).count() < 2 {
                 curve_nodes.push(n);
             }
         }

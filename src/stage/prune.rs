@@ -10,7 +10,7 @@
 //! Cost: one nearest-point query a triangle of the small sheets, in parallel; the rest is linear.
 
 use crate::geom::placer::Placer;
-use crate::model::complex::{MidComplex, MidEdge, Support};
+use crate::model::complex::{MidComplex, MidEdge};
 use crate::model::disjoint::Disjoint;
 use crate::model::ids::{Id, IndexVec, NodeId, TriangleId};
 use crate::spatial::TriangleBvh;
@@ -47,7 +47,7 @@ pub fn prune(mut complex: MidComplex, placer: &dyn Placer) -> (MidComplex, Prune
         let mut cells = Cells::new(&complex);
         let before = stats;
         for sheet in idle_sheets(&complex, &cells.edges, placer) {
-            if cells.fold_back(&complex, &sheet) {
+            if cells.fold_back(&sheet) {
                 stats.sheets += 1;
                 stats.triangles += sheet.len();
             }
@@ -190,7 +190,7 @@ impl Cells {
     }
 
     /// Collapses a sheet from its free border; whether it went without a rest. If not, nothing has changed.
-    fn fold_back(&mut self, complex: &MidComplex, sheet: &[TriangleId]) -> bool {
+    fn fold_back(&mut self, sheet: &[TriangleId]) -> bool {
         let mut open: Vec<TriangleId> = sheet.to_vec();
         let (mut taken, mut cut) = (Vec::new(), Vec::new());
         while let Some(t) = open.pop() {
@@ -239,7 +239,7 @@ impl Cells {
         }
         let whole = bare.is_empty() && taken.len() == sheet.len();
         // The last triangles of a complex are never a fin.
-        if whole && self.lives.iter().any(|&l| l) && !complex.triangles.is_empty() {
+        if whole && self.lives.iter().any(|&l| l) {
             return true;
         }
         for t in taken {
@@ -283,8 +283,9 @@ impl Cells {
                 continue;
             }
             let mut node = node.clone();
-            node.supports
-                .retain(|s| matches!(s, Support::Face(_)) && on_rim[n]);
+            if !on_rim[n] {
+                node.supports.clear();
+            }
             new_id[n] = Some(left.nodes.push(node));
         }
         for (t, triangle) in complex.triangles.enumerated() {
@@ -296,15 +297,9 @@ impl Cells {
             }
             let mut triangle = *triangle;
             triangle.nodes = [a, b, c];
-            for n in triangle.nodes {
-                left.nodes[n].supports.push(Support::Mid(triangle.wall));
-            }
             left.triangles.push(triangle);
         }
-        for node in left.nodes.as_mut_slice() {
-            node.supports.sort_unstable();
-            node.supports.dedup();
-        }
+        left.support_by_walls();
         left
     }
 }

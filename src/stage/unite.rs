@@ -8,7 +8,7 @@
 
 use crate::geom::placer::Placer;
 use crate::model::complex::{EdgeKind, MidComplex, MidEdge, Support};
-use crate::model::disjoint::Disjoint;
+use crate::model::disjoint::{Disjoint, SidedDisjoint};
 use crate::model::ids::{Id, IndexVec, TriangleId, WallId};
 use crate::model::walls::{Pairing, Wall};
 use std::collections::BTreeMap;
@@ -32,18 +32,18 @@ pub fn unite(
     mut pairing: Pairing,
     placer: &dyn Placer,
 ) -> (MidComplex, Pairing) {
-    let mut union = Union::new(&pairing);
+    let mut union = SidedDisjoint::new(pairing.walls.iter().map(|w| w.sides.clone()));
     for ([a, b], turned) in evidence(&complex, placer) {
-        union.join(a, b, turned);
+        union.join(a.0, b.0, turned);
     }
     let mut new_id: IndexVec<WallId, Option<WallId>> = IndexVec::filled(None, pairing.walls.len());
     let mut walls: IndexVec<WallId, Wall> = IndexVec::new();
     for w in pairing.walls.ids() {
-        let root = union.find(w).0;
+        let root = WallId(union.find(w.0).0);
         let id = match new_id[root] {
             Some(id) => id,
             None => walls.push(Wall {
-                sides: union.sides[root].clone(),
+                sides: union.sides(root.0).clone(),
                 thickness: 0.0,
                 group: pairing.walls[root].group,
             }),
@@ -66,7 +66,7 @@ pub fn unite(
         t.wall = name(t.wall);
     }
     quiet(&mut complex, &pairing);
-    support(&mut complex);
+    complex.support_by_walls();
     (complex, pairing)
 }
 
@@ -175,76 +175,4 @@ fn drown_islands(complex: &mut MidComplex, edges: &[MidEdge], pairing: &Pairing)
         }
     }
     !longest.is_empty()
-}
-
-/// Every node lies on the walls of its triangles, and on the faces it lay on.
-fn support(complex: &mut MidComplex) {
-    for n in complex.nodes.as_mut_slice() {
-        n.supports.retain(|s| matches!(s, Support::Face(_)));
-    }
-    for t in complex.triangles.as_slice() {
-        for n in t.nodes {
-            complex.nodes[n].supports.push(Support::Mid(t.wall));
-        }
-    }
-    for n in complex.nodes.as_mut_slice() {
-        n.supports.sort_unstable();
-        n.supports.dedup();
-    }
-}
-
-/// Sets of walls with the faces of their two sides at the root, and whether a wall lies in its set the other way round.
-struct Union {
-    parent: IndexVec<WallId, WallId>,
-    turned: IndexVec<WallId, bool>,
-    sides: IndexVec<WallId, [Vec<crate::model::ids::FaceId>; 2]>,
-}
-
-impl Union {
-    fn new(pairing: &Pairing) -> Self {
-        Self {
-            parent: pairing.walls.ids().collect(),
-            turned: IndexVec::filled(false, pairing.walls.len()),
-            sides: pairing.walls.iter().map(|w| w.sides.clone()).collect(),
-        }
-    }
-
-    fn find(&self, mut w: WallId) -> (WallId, bool) {
-        let mut turned = false;
-        while self.parent[w] != w {
-            turned ^= self.turned[w];
-            w = self.parent[w];
-        }
-        (w, turned)
-    }
-
-    /// Joins two sets, unless a face would come to lie on both sides.
-    fn join(&mut self, a: WallId, b: WallId, turned: bool) {
-        let ((a, s), (b, t)) = (self.find(a), self.find(b));
-        if a == b {
-            return;
-        }
-        let turn = turned ^ s ^ t;
-        let [keep, gone] = [a.min(b), a.max(b)];
-        let both = (0..2).any(|k| {
-            let far = &self.sides[keep][usize::from((k == 0) ^ turn)];
-            self.sides[gone][k]
-                .iter()
-                .any(|f| far.binary_search(f).is_ok())
-        });
-        if both {
-            return;
-        }
-        self.parent[gone] = keep;
-        self.turned[gone] = turn;
-        for (k, faces) in std::mem::take(&mut self.sides[gone])
-            .into_iter()
-            .enumerate()
-        {
-            let side = &mut self.sides[keep][usize::from((k == 1) ^ turn)];
-            side.extend(faces);
-            side.sort_unstable();
-            side.dedup();
-        }
-    }
 }

@@ -6,6 +6,45 @@
 // Each test binary uses a part of this; and clippy takes only `#[test]` functions themselves for tests.
 #![allow(dead_code, clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
+/// Calls a macro with the names of all fixtures: the one list that tests of every fixture are made from.
+macro_rules! for_all_fixtures {
+    ($test:ident) => {
+        $test!(
+            boss_ribs,
+            bspline_bowl,
+            bspline_shell,
+            closed_box,
+            cone_shell,
+            egg_crate,
+            flat_plate,
+            half_sphere,
+            hat_bend,
+            l_bend,
+            l_sharp,
+            open_box,
+            plate_holes,
+            plate_pocket,
+            rib_partial,
+            rib_partial_fillet,
+            rib_tapered,
+            ribs_crossing,
+            step_flush,
+            step_symmetric,
+            t_fillet,
+            t_sharp,
+            torus_shell,
+            tube,
+            tubes_t,
+            two_thickness,
+            u_bend,
+            wedge,
+            x_cross,
+            y_plates,
+            z_bend,
+        );
+    };
+}
+
 pub mod facts;
 pub mod measured;
 pub mod step;

@@ -18,39 +18,7 @@ macro_rules! fixtures {
     };
 }
 
-fixtures!(
-    boss_ribs,
-    bspline_bowl,
-    bspline_shell,
-    closed_box,
-    cone_shell,
-    egg_crate,
-    flat_plate,
-    half_sphere,
-    hat_bend,
-    l_bend,
-    l_sharp,
-    open_box,
-    plate_holes,
-    plate_pocket,
-    rib_partial,
-    rib_partial_fillet,
-    rib_tapered,
-    ribs_crossing,
-    step_flush,
-    step_symmetric,
-    t_fillet,
-    t_sharp,
-    torus_shell,
-    tube,
-    tubes_t,
-    two_thickness,
-    u_bend,
-    wedge,
-    x_cross,
-    y_plates,
-    z_bend,
-);
+for_all_fixtures!(fixtures);
 
 #[test]
 fn every_fixture_is_here() {

@@ -1,5 +1,5 @@
 use super::*;
-use crate::model::complex::{MidNode, MidTriangle};
+use crate::model::complex::{MidNode, MidTriangle, Support};
 use crate::model::ids::WallId;
 
 /// Wall 0 is the plane z = 0, wall 1 the plane y = 0; both end at |x| = 100 and are one thick.
@@ -61,15 +61,7 @@ fn plate() -> (MidComplex, Vec<NodeId>) {
 }
 
 fn with_supports(mut complex: MidComplex) -> MidComplex {
-    for t in complex.triangles.as_slice() {
-        for n in t.nodes {
-            complex.nodes[n].supports.push(Support::Mid(t.wall));
-        }
-    }
-    for n in complex.nodes.as_mut_slice() {
-        n.supports.sort_unstable();
-        n.supports.dedup();
-    }
+    complex.support_by_walls();
     complex
 }
 

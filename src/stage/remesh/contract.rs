@@ -8,6 +8,7 @@ use super::job::Job;
 use super::shape::{may_turn, quality, signed_quality};
 use super::split::LONGEST;
 use super::surface::{Class, Surface, key};
+use crate::geom::placer::Placer;
 use crate::model::ids::{NodeId, TriangleId};
 use glam::DVec3;
 use rayon::prelude::*;
@@ -263,6 +264,19 @@ pub(super) fn keeps_homotopy(surface: &Surface, gone: NodeId, kept: NodeId) -> b
                 .any(|&s| surface.apex(s, x, y) == kept)
     });
     !falls_together
+}
+
+/// Makes one node of two, in the middle between them and on the supports of both.
+pub(super) fn merge(surface: &mut Surface, gone: NodeId, kept: NodeId, placer: &dyn Placer) {
+    let middle = (surface.points[gone] + surface.points[kept]) / 2.0;
+    let mut supports = surface.supports[kept].clone();
+    supports.extend_from_slice(&surface.supports[gone]);
+    supports.sort_unstable();
+    supports.dedup();
+    surface.contract(gone, kept);
+    let placed = placer.place(middle, &supports);
+    surface.points[kept] = if placed.is_finite() { placed } else { middle };
+    surface.supports[kept] = supports;
 }
 
 /// Whether the curve through `gone` stays near its guide and makes no new corner when its node goes.

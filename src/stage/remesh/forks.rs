@@ -5,10 +5,10 @@
 //!
 //! Guarantee: the homotopy type stays (link condition). The graph of curves is meant to change.
 
-use super::contract::keeps_homotopy;
+use super::contract::{keeps_homotopy, merge};
 use super::surface::{Surface, key};
 use crate::geom::placer::Placer;
-use crate::model::complex::Support;
+use crate::model::complex::faces;
 use crate::model::ids::{NodeId, WallId};
 
 /// Forks nearer to each other than this many thicknesses are one.
@@ -33,18 +33,6 @@ pub(super) fn merge_forks(
             break;
         }
     }
-}
-
-fn merge(surface: &mut Surface, gone: NodeId, kept: NodeId, placer: &dyn Placer) {
-    let middle = (surface.points[gone] + surface.points[kept]) / 2.0;
-    let mut supports = surface.supports[kept].clone();
-    supports.extend_from_slice(&surface.supports[gone]);
-    supports.sort_unstable();
-    supports.dedup();
-    surface.contract(gone, kept);
-    let placed = placer.place(middle, &supports);
-    surface.points[kept] = if placed.is_finite() { placed } else { middle };
-    surface.supports[kept] = supports;
 }
 
 /// Short edges between two forks, the shortest first, as (length, gone, kept). The corner of a rim stays in its place: it is the other end that goes.
@@ -75,31 +63,15 @@ fn is_short(surface: &Surface, a: NodeId, b: NodeId, thickness: &dyn Fn(WallId) 
 }
 
 fn is_corner(surface: &Surface, n: NodeId) -> bool {
-    let faces = |s: &&Support| matches!(s, Support::Face(_));
-    surface.supports[n].iter().filter(faces).count() > 1
+    faces(&surface.supports[n]).count() > 1
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::model::complex::{MidComplex, MidNode, MidTriangle};
+    use crate::stage::test_shapes::Stay;
     use glam::DVec3;
-
-    struct Still;
-    impl Placer for Still {
-        fn place(&self, start: DVec3, _: &[Support]) -> DVec3 {
-            start
-        }
-        fn normal(&self, _: DVec3, _: WallId) -> Option<DVec3> {
-            None
-        }
-        fn thickness(&self, _: DVec3, _: WallId) -> Option<f64> {
-            None
-        }
-        fn curvature_radius(&self, _: DVec3, _: WallId) -> f64 {
-            f64::INFINITY
-        }
-    }
 
     /// A plate of four fields round an edge of length `gap`, each field a wall of its own: two forks of three creases.
     fn plate(gap: f64) -> MidComplex {
@@ -138,7 +110,7 @@ mod tests {
     fn two_forks_in_one_place_become_one_and_two_apart_stay() {
         for (gap, triangles) in [(0.1, 4), (1.0, 6)] {
             let mut surface = Surface::new(plate(gap));
-            merge_forks(&mut surface, &|_| 1.0, &Still);
+            merge_forks(&mut surface, &|_| 1.0, &Stay);
             let complex = surface.finish();
             assert_eq!(complex.triangles.len(), triangles);
             assert_eq!(complex.euler(), 1);

@@ -8,7 +8,7 @@ use super::contract::keeps_homotopy;
 use super::surface::{Surface, key};
 use crate::geom::orient::{orient, turned};
 use crate::geom::placer::Placer;
-use crate::model::complex::{EdgeKind, MidComplex, Support};
+use crate::model::complex::{EdgeKind, MidComplex, faces};
 use crate::model::ids::{IndexVec, NodeId, TriangleId};
 
 /// Contracts an edge of every triangle whose normal is turned from its wall's.
@@ -43,14 +43,7 @@ fn fixed(complex: &MidComplex) -> IndexVec<NodeId, bool> {
     complex
         .nodes
         .enumerated()
-        .map(|(n, node)| {
-            let faces = node
-                .supports
-                .iter()
-                .filter(|s| matches!(s, Support::Face(_)))
-                .count();
-            !matches!(degree[n], 0 | 2) || faces > 1
-        })
+        .map(|(n, node)| !matches!(degree[n], 0 | 2) || faces(&node.supports).count() > 1)
         .collect()
 }
 

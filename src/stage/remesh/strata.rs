@@ -6,7 +6,7 @@
 //! Then curves are cut at corners of shape.
 
 use super::surface::{Class, Surface};
-use crate::model::complex::Support;
+use crate::model::complex::faces;
 use crate::model::ids::{IndexVec, NodeId, WallId};
 use glam::DVec3;
 use smallvec::SmallVec;
@@ -188,10 +188,7 @@ fn sharp(
     let mut found = Vec::new();
     for i in inside {
         let turn = turns[i];
-        let faces = surface.supports[chain.nodes[i]]
-            .iter()
-            .filter(|s| matches!(s, Support::Face(_)))
-            .count();
+        let faces = faces(&surface.supports[chain.nodes[i]]).count();
         let alone = sides[i].iter().all(|&s| turns[s] < ALONE * turn);
         let least = if faces >= 2 {
             FACE_SHARE * crease_angle

@@ -6,7 +6,7 @@
 //! Guarantee: the homotopy type stays (link condition without strata: Dey, Edelsbrunner, Guha, Nekhayev 1999). The graph of features is meant to change.
 //! Exception: where the link condition forbids a step the strip stays.
 
-use super::contract::keeps_homotopy;
+use super::contract::{keeps_homotopy, merge};
 use super::forks::merge_forks;
 use super::spurs::trim_spurs;
 use super::surface::{Surface, key};
@@ -133,15 +133,7 @@ fn strips(complex: &MidComplex, thickness: &dyn Fn(WallId) -> f64) -> Vec<Vec<Tr
 fn contract_strip(surface: &mut Surface, strip: &[TriangleId], placer: &dyn Placer) -> bool {
     let mut done = false;
     while let Some((kept, gone)) = next(surface, strip) {
-        let middle = (surface.points[gone] + surface.points[kept]) / 2.0;
-        let mut supports = surface.supports[kept].clone();
-        supports.extend_from_slice(&surface.supports[gone]);
-        supports.sort_unstable();
-        supports.dedup();
-        surface.contract(gone, kept);
-        let placed = placer.place(middle, &supports);
-        surface.points[kept] = if placed.is_finite() { placed } else { middle };
-        surface.supports[kept] = supports;
+        merge(surface, gone, kept, placer);
         done = true;
     }
     done && strip.iter().any(|&t| surface.lives(t))
@@ -175,23 +167,8 @@ fn next(surface: &Surface, strip: &[TriangleId]) -> Option<(NodeId, NodeId)> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::model::complex::{MidNode, MidTriangle, Support};
-
-    struct Nowhere;
-    impl Placer for Nowhere {
-        fn place(&self, start: DVec3, _: &[Support]) -> DVec3 {
-            start
-        }
-        fn normal(&self, _: DVec3, _: WallId) -> Option<DVec3> {
-            None
-        }
-        fn thickness(&self, _: DVec3, _: WallId) -> Option<f64> {
-            None
-        }
-        fn curvature_radius(&self, _: DVec3, _: WallId) -> f64 {
-            f64::INFINITY
-        }
-    }
+    use crate::model::complex::{MidNode, MidTriangle};
+    use crate::stage::test_shapes::Stay;
 
     /// Four flaps round a strip of `width` along x: the cross section is >-<.
     fn cross(width: f64) -> MidComplex {
@@ -229,7 +206,7 @@ mod tests {
 
     #[test]
     fn two_triple_curves_in_one_block_become_one_curve_of_four() {
-        let merged = merge_strips(cross(0.1), &|_| 1.0, &Nowhere);
+        let merged = merge_strips(cross(0.1), &|_| 1.0, &Stay);
         assert!(merged.check().is_empty());
         assert_eq!((merged.euler(), merged.pieces()), (1, 1));
         let four = merged
@@ -255,6 +232,6 @@ mod tests {
 
     #[test]
     fn a_strip_with_width_stays() {
-        assert_eq!(merge_strips(cross(2.0), &|_| 1.0, &Nowhere), cross(2.0));
+        assert_eq!(merge_strips(cross(2.0), &|_| 1.0, &Stay), cross(2.0));
     }
 }
