@@ -2,8 +2,6 @@
 
 PART := openamr-motor-bracket
 OUT := out
-# Fixtures whose mesh does not meet every fact yet.
-UNMET := mesh::rib_partial_fillet
 
 .PHONY: all demo test fixtures check clean
 

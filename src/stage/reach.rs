@@ -21,6 +21,10 @@ use smallvec::SmallVec;
 const REACH: f64 = 1.5;
 /// A wall does not reach a place that is further than this beyond the end of one of its sides, or where it would be so much thicker, in thicknesses.
 const PAST: f64 = 0.5;
+/// A face is ahead of a rim within this cosine of where the sheet ends there: one that is beside the wall cannot end it.
+const AHEAD: f64 = 0.5;
+/// Faces that are looked at for each node: at the corner of a rim two fillets of the sides and two of the ends meet.
+const LOOKS: usize = 4;
 /// Rounds in which neighbours on the rim even out where outwards is: a ragged border looks every way.
 const ROUNDS: usize = 4;
 
@@ -52,13 +56,22 @@ pub fn reach_rims(
             };
             let thickness = placer.thickness(p, wall)?;
             let side = &pairing.walls.get(wall)?.sides;
-            let near = bvh.nearest_where(p, REACH * thickness, |i| {
-                let face = brep.facets[FacetId(i as u32)].face;
-                !side.iter().any(|s| s.binary_search(&face).is_ok())
-            })?;
-            let face = brep.facets[FacetId(near.index as u32)].face;
-            let ahead = outwards[n].dot(near.point - p) > 0.0;
-            (ahead && is_lateral(pairing, placer, face, near.point)).then_some(face)
+            let outwards = outwards[n].normalize_or_zero();
+            // Faces that are nearest but not ahead: the fillets beside a wall.
+            let mut beside: SmallVec<[FaceId; LOOKS]> = SmallVec::new();
+            for _ in 0..LOOKS {
+                let near = bvh.nearest_where(p, REACH * thickness, |i| {
+                    let face = brep.facets[FacetId(i as u32)].face;
+                    !beside.contains(&face) && !side.iter().any(|s| s.binary_search(&face).is_ok())
+                })?;
+                let face = brep.facets[FacetId(near.index as u32)].face;
+                let way = near.point - p;
+                if outwards.dot(way) > AHEAD * way.length() {
+                    return is_lateral(pairing, placer, face, near.point).then_some(face);
+                }
+                beside.push(face);
+            }
+            None
         })
         .collect();
     for (n, face) in bare.into_iter().zip(found) {
