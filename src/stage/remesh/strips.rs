@@ -34,6 +34,21 @@ pub fn merge_strips(
     placer: &dyn Placer,
 ) -> MidComplex {
     zip(&mut complex, thickness);
+    for _ in 0..PASSES {
+        complex = merge_bridged(complex, thickness, placer);
+        // Where forks have become one, the two creases of a slit may now begin side by side.
+        if !zip(&mut complex, thickness) {
+            break;
+        }
+    }
+    complex
+}
+
+fn merge_bridged(
+    complex: MidComplex,
+    thickness: &dyn Fn(WallId) -> f64,
+    placer: &dyn Placer,
+) -> MidComplex {
     let strips = strips(&complex, thickness);
     let mut surface = Surface::new(complex);
     for _ in 0..PASSES {

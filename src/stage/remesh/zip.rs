@@ -18,8 +18,9 @@ const NEAR: f64 = 0.35;
 /// Two nodes that stand side by side; the same one twice where the slit begins in a point.
 type Front = [NodeId; 2];
 
-/// Bridges every slit between two creases. `thickness(wall)`: mean thickness, mm.
-pub(super) fn zip(complex: &mut MidComplex, thickness: &dyn Fn(WallId) -> f64) {
+/// Bridges every slit between two creases; whether there was one. `thickness(wall)`: mean thickness, mm.
+pub(super) fn zip(complex: &mut MidComplex, thickness: &dyn Fn(WallId) -> f64) -> bool {
+    let before = complex.triangles.len();
     let net = Net::new(complex);
     let mut known: BTreeSet<[NodeId; 2]> = net.edges.clone();
     for (front, firsts) in net.starts() {
@@ -31,6 +32,7 @@ pub(super) fn zip(complex: &mut MidComplex, thickness: &dyn Fn(WallId) -> f64) {
             bridge(complex, &mut known, chains, wall);
         }
     }
+    complex.triangles.len() > before
 }
 
 fn ordered(a: NodeId, b: NodeId) -> [NodeId; 2] {
@@ -80,23 +82,23 @@ impl Net {
         self.at[n].iter().any(|x| x.1 == EdgeKind::Junction)
     }
 
-    /// Where a junction ends and two creases go on, in one point or at both ends of a free edge; with the first node of either crease.
+    /// Where junctions end and two creases go on, in one point or at both ends of an edge; with the first node of either crease.
     fn starts(&self) -> Vec<(Front, Front)> {
         let mut starts = Vec::new();
         for (n, at) in self.at.enumerated().filter(|x| self.is_fork(x.0)) {
-            match *self.creases(n) {
-                [a, b] if at.iter().all(|x| x.1 != EdgeKind::Rim) => starts.push(([n, n], [a, b])),
-                [a] => {
-                    for &(m, kind) in at {
-                        if kind == EdgeKind::Rim && n < m && self.is_fork(m) {
-                            let creases = self.creases(m);
-                            if let [b] = *creases {
-                                starts.push(([n, m], [a, b]));
-                            }
-                        }
-                    }
-                }
-                _ => {}
+            if let [a, b] = *self.creases(n)
+                && at.iter().all(|x| x.1 != EdgeKind::Rim)
+            {
+                starts.push(([n, n], [a, b]));
+            }
+        }
+        for &[n, m] in &self.edges {
+            if self.is_fork(n)
+                && self.is_fork(m)
+                && let ([a], [b]) = (&*self.creases(n), &*self.creases(m))
+                && (*a, *b) != (m, n)
+            {
+                starts.push(([n, m], [*a, *b]));
             }
         }
         starts
@@ -184,8 +186,52 @@ mod tests {
     use crate::model::complex::MidNode;
     use glam::DVec3;
 
+    /// The same on a plate, wall 4, across the far end: each spine ends at its own node of the plate, the two are joined by an edge of it.
+    fn on_a_plate(gap: f64, shared: usize) -> MidComplex {
+        let mut complex = cross(gap, shared, false);
+        let ends: Vec<NodeId> = (complex.nodes.enumerated())
+            .filter(|(_, n)| n.point.x > 5.9)
+            .map(|x| x.0)
+            .collect();
+        let &[upper, lower, ..] = ends.as_slice() else {
+            unreachable!("both spines end there")
+        };
+        let at = |y: f64, z: f64| {
+            let of = |n: &&NodeId| {
+                let p = complex.nodes[**n].point;
+                (p.y, p.z) == (y, z)
+            };
+            *ends.iter().find(of).unwrap()
+        };
+        let corners = [at(-5.0, 5.0), at(5.0, 5.0), at(5.0, -5.0), at(-5.0, -5.0)];
+        for nodes in [
+            [upper, corners[0], corners[1]],
+            [lower, corners[2], corners[3]],
+            [upper, corners[1], lower],
+            [lower, corners[1], corners[2]],
+            [upper, lower, corners[0]],
+            [lower, corners[3], corners[0]],
+        ] {
+            complex.triangles.push(MidTriangle {
+                nodes,
+                wall: WallId(4),
+            });
+        }
+        complex
+    }
+
+    #[test]
+    fn a_slit_that_begins_in_an_edge_of_a_plate_is_bridged() {
+        let mut complex = on_a_plate(0.01, 0);
+        let before = (complex.euler(), complex.pieces(), complex.triangles.len());
+        zip(&mut complex, &|_| 1.0);
+        assert_eq!((complex.euler(), complex.pieces()), (before.0, before.1));
+        assert!(complex.triangles.len() > before.2);
+        assert!(complex.check().is_empty());
+    }
+
     /// Two bent sheets, walls 0|1 above and 2|3 below the plane, that touch along x: they share the nodes up to `shared` and run `gap` apart beyond.
-    fn cross(gap: f64, closed: bool) -> MidComplex {
+    fn cross(gap: f64, shared: usize, closed: bool) -> MidComplex {
         let mut complex = MidComplex::default();
         let mut node = |x: f64, y: f64, z: f64| {
             complex.nodes.push(MidNode {
@@ -193,7 +239,7 @@ mod tests {
                 supports: Default::default(),
             })
         };
-        let (count, shared) = (7, 3);
+        let count = 7;
         let line = |node: &mut dyn FnMut(f64, f64, f64) -> NodeId, y: f64, z: f64| {
             (0..count)
                 .map(|i| node(f64::from(i), y, z))
@@ -227,7 +273,7 @@ mod tests {
 
     #[test]
     fn a_slit_that_runs_out_at_the_rim_is_bridged() {
-        let mut complex = cross(0.01, false);
+        let mut complex = cross(0.01, 3, false);
         let euler = complex.euler();
         zip(&mut complex, &|_| 1.0);
         // A triangle where it begins, then two for each of the three further steps.
@@ -238,7 +284,11 @@ mod tests {
 
     #[test]
     fn creases_apart_and_holes_stay() {
-        for before in [cross(0.5, false), cross(0.01, true)] {
+        for before in [
+            cross(0.5, 3, false),
+            cross(0.01, 3, true),
+            on_a_plate(0.01, 3),
+        ] {
             let mut complex = before.clone();
             zip(&mut complex, &|_| 1.0);
             assert_eq!(complex, before);
