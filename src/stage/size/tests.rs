@@ -67,6 +67,7 @@ fn on_curves_the_chord_stays_near_or_the_turn_is_divided() {
     let sizing = |per_turn| Sizing {
         target: 10.0,
         per_turn,
+        shortest: SHORTEST,
     };
     // The sagitta of a chord h on radius R is h²/8R to first order.
     let h = sizing(None).at(50.0, 2.0) / EVENNESS;
