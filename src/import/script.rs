@@ -3,7 +3,8 @@
 //! **Size of the elements.** With the mean thickness t = 2 V / A of a solid and the diagonal d of its box, the largest element has the size
 //! h = factor * max(3 t, min(8 t, d / 50), d / 200): some thicknesses, more where a large part would need too many of them. 8 t at
 //! sixteen elements a circle keep the sag of a flat facet, h² / 8 R with R = 16 h / 2 pi, below 0.3 t at h = 6 t, so that the two sides
-//! of a bent wall do not cut each other. The least size is t / 2, which holds the number of elements along thin bends.
+//! of a bent wall do not cut each other. The least size is t / 2, which holds the number of elements along thin bends. Where d / 200 decides, bends are
+//! hundreds of elements long, and most elements lie on them: there twelve a circle and 3 t / 4 do.
 //!
 //! **Second order.** The mesh is made in first order and raised afterwards: mid-side nodes lie on the CAD surface then.
 
@@ -12,6 +13,12 @@ use super::gmsh::error_lines;
 /// Elements around a full circle. Second-order sides are exact to 5e-5 of the radius then; inside a facet of a sphere or cone the error
 /// is larger, and with ten elements it came to a percent of a wall as thin as a tenth of the radius.
 const PER_CIRCLE: f64 = 16.0;
+/// The same for large thin solids. Their bends are sharp; a cylinder's second-order sides are exact to 2e-4 of the radius then.
+const PER_CIRCLE_LARGE: f64 = 12.0;
+/// The least size over the thickness.
+const LEAST: f64 = 0.5;
+/// The same for large thin solids.
+const LEAST_LARGE: f64 = 0.75;
 
 /// The input's plain name in the working folder, without extension.
 pub(super) const INPUT: &str = "input";
@@ -101,14 +108,17 @@ impl Attempt {
 
     /// The script, for an input with this extension and healing to this tolerance in mm.
     pub(super) fn script(&self, extension: &str, size_factor: f64, tolerance: f64) -> String {
+        // Each first for a large thin part, then for any other.
         let (size, least, per_circle) = match self.even {
-            Some(even) => (format!("{even:e}*t"), format!("{even:e}"), 0.0),
+            Some(even) => (format!("{even:e}*t"), [even; 2], [0.0; 2]),
             None => (
                 format!("{size_factor:e}*Max(Max(3*t, d/200), (8*t < d/50) ? 8*t : d/50)"),
-                format!("{:e}", size_factor / 2.0),
-                PER_CIRCLE,
+                [LEAST_LARGE, LEAST].map(|l| l * size_factor),
+                [PER_CIRCLE_LARGE, PER_CIRCLE],
             ),
         };
+        let either = |[large, other]: [f64; 2]| format!("(large ? {large:e} : {other:e})");
+        let (least, per_circle) = (either(least), either(per_circle));
         let abort = if self.heal { 0 } else { 2 };
         let mut prepare = String::new();
         if self.heal {
@@ -133,6 +143,7 @@ surfaces() = Surface{{:}};
 nv = #volumes();
 least = 1e22;
 largest = 0;
+large = 1;
 area = 0;
 open = 0;
 If (nv > 0)
@@ -155,6 +166,7 @@ If (nv > 0)
     d = Sqrt((box(3)-box(0))^2 + (box(4)-box(1))^2 + (box(5)-box(2))^2);
     t = (a > 0 && v > 0) ? 2*v/a : d/50;
     h = {size};
+    large = (d/200 > 3*t) ? large : 0;
     least = (t < least) ? t : least;
     largest = Max(largest, h);
     Printf("midshell: solid %g volume %.10g area %.10g diagonal %.10g", volumes(i), v, a, d);

@@ -10,8 +10,8 @@ use std::sync::Mutex;
 
 /// Points worth remembering a facet: a mesh of the mid-surface has fewer nodes and triangles than the solid has facets, and each may be asked for at some places.
 const A_FACET: usize = 2;
-/// Bounds on the number of places, as powers of two: about 0.2 MB and 40 MB.
-const BITS: [u32; 2] = [10, 18];
+/// Bounds on the number of places, as powers of two: about 0.2 MB and 80 MB. Passes over a complex with more triangles than places find nothing remembered.
+const BITS: [u32; 2] = [10, 19];
 
 #[derive(Clone, Copy, Debug)]
 struct Entry {

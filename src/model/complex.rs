@@ -3,6 +3,7 @@
 use super::disjoint::Disjoint;
 use super::ids::{FaceId, Id, IndexVec, NodeId, TriangleId, WallId};
 use glam::DVec3;
+use rayon::prelude::*;
 use smallvec::SmallVec;
 
 /// A surface that a node must lie on.
@@ -102,7 +103,7 @@ impl MidComplex {
                 half.push((a.min(b), a.max(b), id));
             }
         }
-        half.sort_unstable();
+        half.par_sort_unstable();
         half.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1))
             .map(|run| MidEdge {
                 ends: [run[0].0, run[0].1],

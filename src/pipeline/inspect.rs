@@ -5,12 +5,11 @@
 use super::clock::Clock;
 use super::error::PipelineError;
 use super::facts::{solid_facts, wall_facts};
-use super::{Progress, clean, import_options, midsurface, untangled};
+use super::{Progress, clean, import_options, midsurface, sizing, untangled};
 use crate::import::{Piece, import_cad};
 use crate::inspection::{Inspection, SolidFacts};
 use crate::medial::Medial;
 use crate::options::MeshOptions;
-use crate::stage::size;
 use std::path::Path;
 
 /// Finds out what a part is made of.
@@ -46,7 +45,7 @@ fn inspect_solid(
         Err(error) => return Err(error),
     };
     let medial = Medial::new(brep, &found.aag, &found.pairing);
-    let sizing = size::sizing(brep, &found.pairing, options.size, options.size_curvature);
+    let sizing = sizing(brep, &found, &medial, options);
     // Counted on the raw complex, every crumb of a sheet between two close junction curves would be one.
     let clean = clean(untangled(&found, &medial, clock), &sizing, &medial, clock);
     Ok(wall_facts(facts, brep, &found, &clean))

@@ -129,7 +129,7 @@ fn mesh_solid(
     let found = midsurface::mid_surface(piece, clock)?;
     dump.mid_surface(piece, &found)?;
     let medial = Medial::new(brep, &found.aag, &found.pairing);
-    let sizing = size::sizing(brep, &found.pairing, options.size, options.size_curvature);
+    let sizing = clock.time("size", || sizing(brep, &found, &medial, options));
     let fair = untangled(&found, &medial, clock);
     dump.complex("fair", &fair)?;
     let field = field(&sizing, &medial);
@@ -153,6 +153,20 @@ fn mesh_solid(
     });
     let solid = SolidReport::new(brep, &found, sizing.target, &mesh);
     Ok((mesh, solid))
+}
+
+/// The wanted edge lengths of a solid.
+fn sizing(
+    brep: &Brep,
+    found: &MidSurface,
+    medial: &Medial<'_>,
+    options: &MeshOptions,
+) -> size::Sizing {
+    size::sizing(brep, &found.pairing, options.size, options.size_curvature).eased(
+        brep,
+        &found.pairing,
+        &|p, w| medial.curvature_radius(p, w),
+    )
 }
 
 /// The edge length wanted at a place on a wall, mm.

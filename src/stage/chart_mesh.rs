@@ -15,6 +15,7 @@ mod flip;
 mod front;
 mod polish;
 mod relax;
+mod sizes;
 mod surface;
 
 use crate::geom::cdt::CdtError;
@@ -25,6 +26,7 @@ use crate::model::patch::{Chart, Patch, PatchMesh};
 use front::Point;
 use glam::DVec3;
 use relax::Frame;
+use sizes::Sizes;
 use surface::Surface;
 
 /// Wanted edge length, mm, at a point of a wall.
@@ -82,16 +84,17 @@ pub fn triangulate(
     }
     let surface = Surface::new(patch, chart);
     let fixed = FixedParts::new(patch);
-    let mut points = fixed.points(patch, chart, |p| size(p, patch.wall));
+    let sizes = Sizes::new(patch, &|p| size(p, patch.wall), front::GRADING - 1.0);
+    let mut points = fixed.points(patch, chart, &sizes);
     points
         .iter_mut()
         .for_each(|p| p.size = surface.snap.value(p.size));
-    let most = most_points(patch, &|p| size(p, patch.wall), points.len());
+    let most = most_points(patch, &sizes, points.len());
     let seeds = front::seeds(
         &surface,
         &points,
         &fixed.edges(),
-        &|p| size(p, patch.wall),
+        &|spot| sizes.at(spot),
         most,
     )
     .ok_or(MeshError::Crowded(most))?;
@@ -150,14 +153,14 @@ pub fn triangulate(
 
 /// Most points that the inside of a patch can want: a few times what its area holds. Where its triangles are folded, a length in space is far
 /// shorter than it looks in the chart, and a front would fill the patch for ever.
-fn most_points(patch: &Patch, size: &dyn Fn(DVec3) -> f64, fixed: usize) -> usize {
+fn most_points(patch: &Patch, sizes: &Sizes, fixed: usize) -> usize {
     let wanted: f64 = (patch.triangles.iter())
         .map(|t| {
             let [a, b, c] = t.map(|c| patch.points[c as usize]);
-            let side = size((a + b + c) / 3.0);
+            let side = sizes.of(*t);
             let area = (b - a).cross(c - a).length() / 2.0;
             // A node has two triangles.
-            if side > 0.0 {
+            if side.is_finite() {
                 area / (side * side * 3f64.sqrt() / 2.0)
             } else {
                 1.0
@@ -200,7 +203,7 @@ impl FixedParts {
     }
 
     /// The fixed points; their size is the mean length of the fixed edges there.
-    fn points(&self, patch: &Patch, chart: &Chart, size: impl Fn(DVec3) -> f64) -> Vec<Point> {
+    fn points(&self, patch: &Patch, chart: &Chart, sizes: &Sizes) -> Vec<Point> {
         let mut sums = vec![(0.0, 0.0); self.corners.len()];
         let at = |i: u32| patch.points[self.corners[i as usize] as usize];
         for [a, b] in self.boundary.iter().chain(&self.inner) {
@@ -216,7 +219,7 @@ impl FixedParts {
                 size: if count > 0.0 {
                     sum / count
                 } else {
-                    size(patch.points[c as usize])
+                    sizes.corner(c)
                 },
             })
             .collect()

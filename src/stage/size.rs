@@ -3,9 +3,17 @@
 //! Without a wish the part decides: three typical thicknesses, so that a shell element is a shell, but not so few elements that the part's shape is
 //! lost, nor so many that a huge thin part drowns its user. On curved walls the chord must stay near the mid-surface: an edge of length h on a radius R
 //! leaves it by h²/8R, and that is held to a share of the thickness; or the user gives the number of elements in a full turn.
+//!
+//! Equal triangles across a sharp bend are as short along it, so that the long bends of a wide sheet, and the rows beside them, would outnumber its flats
+//! many times over. Where they would, bends are followed less finely, see [`Sizing::eased`].
+
+mod count;
 
 use crate::model::brep::Brep;
+use crate::model::ids::WallId;
 use crate::model::walls::Pairing;
+use count::Count;
+use glam::DVec3;
 
 /// Default edge length in typical thicknesses.
 const THICKNESSES: f64 = 3.0;
@@ -17,6 +25,14 @@ const MOST_TRIANGLES: f64 = 40_000.0;
 const CHORD: f64 = 0.01;
 /// Curvature alone never asks for edges shorter than this share of the thickness: a shell element shorter than half of it is none.
 const SHORTEST: f64 = 0.5;
+/// The same where bends are eased as far as they may.
+const EASED: f64 = 1.0;
+/// Where bends are eased, a quarter turn still gets two edges: one would cut through the wall at its corner.
+const EASED_TURN: f64 = std::f64::consts::FRAC_PI_4;
+/// Bends may make so many times the triangles of a flat sheet of that area, or of the finest default, whichever is more.
+const MOST_BENT: f64 = 2.0;
+/// Halvings of the range between the two: the count is an estimate, and a thirtieth of the range is finer than that.
+const HALVINGS: usize = 5;
 /// What curvature asks for is a bound, but edges come out this much about the wanted length: it is asked for that much shorter.
 const EVENNESS: f64 = 0.9;
 /// Edges below this share of the wanted length are specks of the raw complex, to be contracted before meshing.
@@ -29,6 +45,8 @@ pub struct Sizing {
     pub target: f64,
     /// Edges in a full turn of a curved wall, if the user said so.
     pub per_turn: Option<f64>,
+    /// Curvature alone asks for no edges shorter than this share of the thickness.
+    pub shortest: f64,
 }
 
 /// The sizing of one solid; `size` and `per_turn` are the user's wishes.
@@ -39,7 +57,11 @@ pub fn sizing(brep: &Brep, pairing: &Pairing, size: Option<f64>, per_turn: Optio
             .min(COARSEST * brep.diagonal())
             .max(fewest)
     });
-    Sizing { target, per_turn }
+    Sizing {
+        target,
+        per_turn,
+        shortest: SHORTEST,
+    }
 }
 
 /// Area-weighted median of the pairs' mean thickness, mm.
@@ -68,9 +90,42 @@ impl Sizing {
             Some(count) => std::f64::consts::TAU * radius / count,
             None => (8.0 * radius * CHORD * thickness)
                 .sqrt()
+                .max((self.shortest * thickness).min(EASED_TURN * radius))
                 .max(SHORTEST * thickness),
         };
         (EVENNESS * curved).min(self.target)
+    }
+
+    /// The same with bends followed less finely, as far as the triangles would be too many; `radius(point, wall)` tells the bends, mm, as
+    /// for [`Sizing::at`]. Nothing changes where the user gave the number of elements in a turn.
+    #[must_use]
+    pub fn eased(
+        self,
+        brep: &Brep,
+        pairing: &Pairing,
+        radius: &(dyn Fn(DVec3, WallId) -> f64 + Sync),
+    ) -> Self {
+        if self.per_turn.is_some() {
+            return self;
+        }
+        let count = Count::new(brep, pairing, radius);
+        let flat = count.triangles(|_, _| self.target);
+        let most = MOST_BENT * flat.max(MOST_TRIANGLES);
+        let with = |shortest: f64| Self { shortest, ..self };
+        let fits = |shortest: f64| count.triangles(|r, t| with(shortest).at(r, t)) <= most;
+        if fits(self.shortest) {
+            return self;
+        }
+        let (mut low, mut high) = (self.shortest, EASED);
+        for _ in 0..HALVINGS {
+            let middle = (low + high) / 2.0;
+            if fits(middle) {
+                high = middle;
+            } else {
+                low = middle;
+            }
+        }
+        with(high)
     }
 
     /// Edges shorter than this are specks where edges of `size` are wanted, mm.

@@ -4,8 +4,8 @@
 //! boundary edge proposes the apex of a triangle, every accepted point its six neighbours in the direction of its parent; first come,
 //! first served, and none nearer to another than a share of the size. Lengths are measured in space, not in the chart.
 
-use super::surface::{Grid, Surface};
-use glam::{DQuat, DVec2, DVec3};
+use super::surface::{Grid, Spot, Surface};
+use glam::{DQuat, DVec2};
 use std::collections::VecDeque;
 use std::f64::consts::FRAC_PI_3;
 
@@ -15,7 +15,7 @@ const APART: f64 = 0.72;
 
 /// Most growth of size from one row to the next, either way: neighbouring edge lengths stay within the ratio that angles above 30
 /// degrees allow.
-const GRADING: f64 = 1.4;
+pub(super) const GRADING: f64 = 1.4;
 
 /// A point of the new mesh.
 #[derive(Clone, Copy, Debug)]
@@ -27,12 +27,12 @@ pub(super) struct Point {
 }
 
 /// New points for the inside. `fixed` are the points already there, `edges` the fixed edges (as positions in `fixed`), with a mark whether
-/// both sides of the edge are inside; `size` tells the wanted edge length, mm, at a point in space. `None` where they would be more than `most`.
+/// both sides of the edge are inside; `size` tells the wanted edge length, mm, at a spot. `None` where they would be more than `most`.
 pub(super) fn seeds(
     surface: &Surface,
     fixed: &[Point],
     edges: &[([u32; 2], bool)],
-    size: &dyn Fn(DVec3) -> f64,
+    size: &dyn Fn(&Spot) -> f64,
     most: usize,
 ) -> Option<Vec<Point>> {
     let places: Vec<DVec2> = fixed.iter().map(|p| p.place).collect();
@@ -77,7 +77,7 @@ pub(super) fn seeds(
 
 struct Front<'a> {
     surface: &'a Surface<'a>,
-    size: &'a dyn Fn(DVec3) -> f64,
+    size: &'a dyn Fn(&Spot) -> f64,
     points: Vec<Point>,
     grid: Grid,
     edges: &'a [([u32; 2], bool)],
@@ -98,7 +98,7 @@ impl Front<'_> {
         };
         let along = self.surface.push(spot.triangle, q - p);
         let length = along.length();
-        let wanted = graded((self.size)(self.surface.lift(&spot)), length);
+        let wanted = graded((self.size)(&spot), length);
         let height = (wanted * wanted - length * length / 4.0)
             .max(length * length / 4.0)
             .sqrt();
@@ -137,7 +137,7 @@ impl Front<'_> {
         let Some(spot) = self.surface.locate(place) else {
             return;
         };
-        let mut size = graded((self.size)(self.surface.lift(&spot)), parent);
+        let mut size = graded((self.size)(&spot), parent);
         let shrink = self.surface.shortest(spot.triangle);
         let distance = |p: DVec2| self.surface.push(spot.triangle, p - place).length();
         let reach = size / shrink;

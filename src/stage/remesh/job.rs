@@ -40,30 +40,28 @@ impl Job<'_> {
     /// Takes the normals of the mid-surface under all triangles anew; where a wall has none there, the mean of the triangles round about.
     pub fn refresh_references(&mut self) {
         let surface = &self.surface;
-        let live: Vec<TriangleId> = surface.live_triangles().collect();
         let placer = self.placer;
-        let normals: Vec<DVec3> = live
-            .par_iter()
-            .map(|&t| {
-                let p = surface.corners(t);
+        let middle = |t: TriangleId| {
+            let [a, b, c] = surface.corners(t);
+            (a + b + c) / 3.0
+        };
+        let live: Vec<TriangleId> = surface.live_triangles().collect();
+        // A normal depends on the place alone: where that stayed, so does the normal.
+        let normals: Vec<(TriangleId, DVec3, DVec3)> = live
+            .into_par_iter()
+            .map(|t| (t, middle(t)))
+            .filter(|&(t, at)| surface.referred[t] != at)
+            .map(|(t, at)| {
                 let wall = surface.triangle(t).wall;
-                placer
-                    .normal((p[0] + p[1] + p[2]) / 3.0, wall)
-                    .unwrap_or_else(|| {
-                        let mut mean = DVec3::ZERO;
-                        for n in surface.triangle(t).nodes {
-                            for &s in surface.star(n) {
-                                if surface.triangle(s).wall == wall {
-                                    mean += area_vector(surface.corners(s));
-                                }
-                            }
-                        }
-                        mean.normalize_or_zero()
-                    })
+                match placer.normal(at, wall) {
+                    Some(normal) => (t, normal, at),
+                    None => (t, mean_normal(surface, t), DVec3::NAN),
+                }
             })
             .collect();
-        for (t, n) in live.into_iter().zip(normals) {
-            self.surface.reference[t] = n;
+        for (t, normal, at) in normals {
+            self.surface.reference[t] = normal;
+            self.surface.referred[t] = at;
         }
     }
 
@@ -170,4 +168,15 @@ impl Job<'_> {
         self.surface.contract(gone, kept);
         self.guides.remove(gone);
     }
+}
+
+/// Mean normal of the triangles of the same wall round a triangle; zero where they cancel out.
+fn mean_normal(surface: &Surface, t: TriangleId) -> DVec3 {
+    let wall = surface.triangle(t).wall;
+    let nodes = surface.triangle(t).nodes.into_iter();
+    let round = nodes.flat_map(|n| surface.star(n).iter());
+    let own = round.filter(|&&s| surface.triangle(s).wall == wall);
+    own.map(|&s| area_vector(surface.corners(s)))
+        .sum::<DVec3>()
+        .normalize_or_zero()
 }

@@ -6,14 +6,13 @@
 
 use super::contract::keeps_homotopy;
 use super::surface::{Surface, key};
-use crate::geom::orient::{orient, turned};
+use crate::geom::orient::turned;
 use crate::geom::placer::Placer;
 use crate::model::complex::{EdgeKind, MidComplex, faces};
 use crate::model::ids::{IndexVec, NodeId, TriangleId};
 
-/// Contracts an edge of every triangle whose normal is turned from its wall's.
-pub fn contract_turned(mut complex: MidComplex, placer: &dyn Placer) -> MidComplex {
-    orient(&mut complex, placer);
+/// Contracts an edge of every triangle whose normal is turned from its wall's, in a complex whose sheets are wound one way.
+pub fn contract_turned(complex: MidComplex, placer: &dyn Placer) -> MidComplex {
     let all: Vec<TriangleId> = complex.triangles.ids().collect();
     let turned = turned(&complex, &all, placer);
     let fixed = fixed(&complex);

@@ -61,7 +61,7 @@ use surface::Surface;
 /// How to remesh.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RemeshOptions {
-    /// Rounds of split, contract, flip, smooth. 8 by default: after 5 the edge lengths have settled, the rest is smoothing.
+    /// Rounds of split, contract, flip, smooth. 5 by default: then the edge lengths have settled, more is smoothing.
     pub rounds: usize,
     /// How far an edge may leave its feature curve, as a share of the wall's thickness. 0.05 by default: a hole as wide as ten thicknesses
     /// gets 22 edges.
@@ -78,7 +78,7 @@ pub struct RemeshOptions {
 impl Default for RemeshOptions {
     fn default() -> Self {
         Self {
-            rounds: 8,
+            rounds: 5,
             max_deviation: 0.05,
             crease_angle: 50f64.to_radians(),
             segments_per_turn: 10.0,

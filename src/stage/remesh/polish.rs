@@ -17,6 +17,8 @@ const WORST_RATIO: f64 = 2.3;
 const WORST_ANGLES: [f64; 2] = [33.0, 107.0];
 /// A step of the search must gain this much, or it goes on for ever with ever less.
 const GAIN: f64 = 1e-3;
+/// What placing may add to a quality: half an edge off a bend of six edges a turn changes it by about this much.
+const DOUBT: f64 = 0.05;
 /// Passes over the bad triangles; mending one shows at its neighbours, and few need more than three.
 const PASSES: usize = 6;
 /// Edges in this range of ratios may be contracted or split for the sake of shape.
@@ -160,7 +162,7 @@ fn search(job: &mut Job, still: &mut Still, n: NodeId) -> bool {
             Class::Sheet => 6,
         };
         let any = (0..tries).any(|k| {
-            let place = step_target(job, n, step, k);
+            let place = step_target(job, n, step, k, job.surface.quality_now(n));
             attempt(job, place)
         });
         if !any {
@@ -173,7 +175,7 @@ fn search(job: &mut Job, still: &mut Still, n: NodeId) -> bool {
     moved
 }
 
-fn step_target(job: &Job, n: NodeId, step: f64, k: usize) -> Option<Target> {
+fn step_target(job: &Job, n: NodeId, step: f64, k: usize, best: f64) -> Option<Target> {
     if job.surface.class[n] == Class::Curve {
         let [(_, s), (_, t)] = beside(job, n)?;
         let by = if k == 0 { step } else { -step };
@@ -187,10 +189,8 @@ fn step_target(job: &Job, n: NodeId, step: f64, k: usize) -> Option<Target> {
     }
     let (x, y) = normal.any_orthonormal_pair();
     let (sin, cos) = (std::f64::consts::FRAC_PI_3 * k as f64).sin_cos();
-    placed(
-        job,
-        n,
-        job.surface.points[n] + (x * cos + y * sin) * step,
-        None,
-    )
+    let start = job.surface.points[n] + (x * cos + y * sin) * step;
+    // In the tangent plane the quality is nearly that on the surface; only what may gain is worth the placing.
+    let hopeful = (job.surface.quality_at(n, start, best)).is_some_and(|q| q > best - DOUBT);
+    hopeful.then(|| placed(job, n, start, None)).flatten()
 }

@@ -28,17 +28,19 @@ pub(super) struct Target {
 
 /// Moves all nodes but corners, `times` over.
 pub(super) fn smooth(job: &mut Job, times: usize) {
-    for _ in 0..times {
+    for time in 0..times {
+        // Sheet nodes leave the surface by the square of a step: the last time of all brings them back.
+        let exact = time + 1 == times;
         let nodes: Vec<NodeId> = job
             .surface
             .live_nodes()
             .filter(|&n| job.surface.class[n] != Class::Corner)
             .collect();
         let targets: Vec<Option<Target>> =
-            nodes.par_iter().map(|&n| target(job, n, RELAX)).collect();
+            (nodes.par_iter().map(|&n| smoothed(job, n, exact))).collect();
         for (&n, target) in nodes.iter().zip(targets) {
             if let Some(target) = target {
-                if target.point.distance(job.surface.points[n]) < STILL * job.size[n] {
+                if is_still(job, n, target.point) {
                     continue;
                 }
                 let before = job.surface.quality_now(n);
@@ -54,6 +56,29 @@ pub(super) fn smooth(job: &mut Job, times: usize) {
     }
 }
 
+/// Where smoothing takes a node; not always `exact`ly onto its supports.
+fn smoothed(job: &Job, n: NodeId, exact: bool) -> Option<Target> {
+    if job.surface.class[n] != Class::Sheet {
+        return target(job, n, RELAX);
+    }
+    let start = sheet_start(job, n, RELAX);
+    if is_still(job, n, start) {
+        return None;
+    }
+    if exact {
+        placed(job, n, start, None)
+    } else {
+        start.is_finite().then_some(Target {
+            point: start,
+            at: None,
+        })
+    }
+}
+
+fn is_still(job: &Job, n: NodeId, point: DVec3) -> bool {
+    point.distance(job.surface.points[n]) < STILL * job.size[n]
+}
+
 /// Carries a move out.
 pub(super) fn accept(job: &mut Job, n: NodeId, target: Target) {
     job.surface.points[n] = target.point;
@@ -67,12 +92,13 @@ pub(super) fn accept(job: &mut Job, n: NodeId, target: Target) {
 pub(super) fn target(job: &Job, n: NodeId, share: f64) -> Option<Target> {
     match job.surface.class[n] {
         Class::Corner => None,
-        Class::Sheet => sheet_target(job, n, share),
+        Class::Sheet => placed(job, n, sheet_start(job, n, share), None),
         Class::Curve => curve_target(job, n, share),
     }
 }
 
-fn sheet_target(job: &Job, n: NodeId, share: f64) -> Option<Target> {
+/// The middle of the triangles of a sheet node, in its tangent plane.
+fn sheet_start(job: &Job, n: NodeId, share: f64) -> DVec3 {
     let surface = &job.surface;
     let (mut sum, mut weight) = (DVec3::ZERO, 0.0);
     for &t in surface.star(n) {
@@ -88,7 +114,7 @@ fn sheet_target(job: &Job, n: NodeId, share: f64) -> Option<Target> {
     let step = sum / weight - from;
     let normal = job.normal_at(n);
     let tangent = (step - normal * step.dot(normal)) * share;
-    placed(job, n, from + tangent, None)
+    from + tangent
 }
 
 /// The feature neighbours of a curve node in order along its guide, with the spans to them.

@@ -38,6 +38,8 @@ pub(super) struct Surface {
     pub class: IndexVec<NodeId, Class>,
     /// #T unit normal of the mid-surface under each triangle, zero where unknown.
     pub reference: IndexVec<TriangleId, DVec3>,
+    /// #T for which point the reference was found; not finite where it was guessed.
+    pub referred: IndexVec<TriangleId, DVec3>,
     triangles: IndexVec<TriangleId, MidTriangle>,
     stars: IndexVec<NodeId, SmallVec<[TriangleId; 8]>>,
 }
@@ -64,6 +66,7 @@ impl Surface {
             supports: supports.into(),
             class: IndexVec::filled(Class::Corner, count),
             reference: IndexVec::filled(DVec3::ZERO, complex.triangles.len()),
+            referred: IndexVec::filled(DVec3::NAN, complex.triangles.len()),
             triangles: complex.triangles,
             stars,
         }
@@ -250,6 +253,7 @@ impl Surface {
                 wall,
             });
             self.reference.push(self.reference[t]);
+            self.referred.push(DVec3::NAN);
             self.leave(b, t);
             self.stars[b].push(other);
             self.stars[apex].push(other);
@@ -284,6 +288,8 @@ impl Surface {
         let normal = (self.reference[s] + self.reference[t]).normalize_or_zero();
         self.reference[s] = normal;
         self.reference[t] = normal;
+        self.referred[s] = DVec3::NAN;
+        self.referred[t] = DVec3::NAN;
         // The first new triangle holds a, the second b.
         self.leave(b, s);
         self.leave(a, t);

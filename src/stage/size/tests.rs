@@ -1,6 +1,6 @@
 use super::*;
 use crate::model::ids::{FaceId, WallId};
-use crate::model::walls::FacePair;
+use crate::model::walls::{FacePair, Wall};
 use crate::test_parts::box_brep;
 use glam::DVec3;
 
@@ -67,6 +67,7 @@ fn on_curves_the_chord_stays_near_or_the_turn_is_divided() {
     let sizing = |per_turn| Sizing {
         target: 10.0,
         per_turn,
+        shortest: SHORTEST,
     };
     // The sagitta of a chord h on radius R is h²/8R to first order.
     let h = sizing(None).at(50.0, 2.0) / EVENNESS;
@@ -77,4 +78,61 @@ fn on_curves_the_chord_stays_near_or_the_turn_is_divided() {
     let turn = std::f64::consts::TAU * 3.0;
     assert!((sizing(Some(24.0)).at(3.0, 2.0) - EVENNESS * turn / 24.0).abs() < 1e-12);
     assert_eq!(sizing(Some(24.0)).at(1e9, 2.0), 10.0);
+}
+
+/// A pairing with one wall between the two large faces of a box.
+fn one_wall(brep: &Brep, thickness: f64) -> Pairing {
+    let mut area: Vec<(f64, FaceId)> = (brep.faces.ids())
+        .map(|f| {
+            let own = brep.facets.enumerated().filter(|(_, t)| t.face == f);
+            let twice = own.map(|(id, _)| {
+                let [a, b, c] = brep.corners(id);
+                (b - a).cross(c - a).length()
+            });
+            (twice.sum(), f)
+        })
+        .collect();
+    area.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+    let mut pairing = pairing(&[(thickness, 1.0)]);
+    pairing.walls.push(Wall {
+        sides: [vec![area[0].1], vec![area[1].1]],
+        thickness,
+        group: 0,
+    });
+    pairing
+}
+
+#[test]
+fn bends_are_eased_only_where_they_would_be_too_many() {
+    let eased = |side: f64, radius: f64, per_turn: Option<f64>| {
+        let brep = box_brep(DVec3::new(side, side, 1.0));
+        let pairing = one_wall(&brep, 1.0);
+        let sizing = sizing(&brep, &pairing, Some(5.0), per_turn);
+        sizing.eased(&brep, &pairing, &|_, _| radius)
+    };
+    // 100 x 100 at half a thickness are some 1e5 triangles and more than the budget; 50 x 50 a quarter of that.
+    assert_eq!(eased(50.0, 1.5, None).shortest, SHORTEST);
+    assert_eq!(eased(1000.0, f64::INFINITY, None).shortest, SHORTEST);
+    assert_eq!(eased(1000.0, 1.5, None).shortest, EASED);
+    let some = eased(100.0, 1.5, None).shortest;
+    assert!(SHORTEST < some && some < EASED, "{some}");
+    // As far as needed and no further: the count is area over the triangle's.
+    let h = EVENNESS * some;
+    let count = 1e4 / (h * h * 3f64.sqrt() / 4.0);
+    let most = MOST_BENT * MOST_TRIANGLES;
+    assert!(count <= most && count > 0.9 * most, "{count}");
+    assert_eq!(eased(1000.0, 1.5, Some(24.0)).shortest, SHORTEST);
+}
+
+#[test]
+fn an_eased_quarter_turn_has_two_edges_where_that_is_no_shorter_than_the_least() {
+    let eased = Sizing {
+        target: 10.0,
+        per_turn: None,
+        shortest: EASED,
+    };
+    let quarter = 0.8 * std::f64::consts::FRAC_PI_2;
+    assert!(eased.at(0.8, 1.0) <= EVENNESS * quarter / 2.0 + 1e-12);
+    assert_eq!(eased.at(0.1, 1.0), EVENNESS * SHORTEST);
+    assert_eq!(eased.at(2.0, 1.0), EVENNESS * EASED);
 }
