@@ -17,7 +17,9 @@ mod gmsh;
 mod header;
 pub mod msh;
 pub mod piece;
+mod process;
 mod script;
+pub mod tetwild;
 
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
@@ -27,8 +29,9 @@ pub use gmsh::{Gmsh, find_gmsh};
 
 use crate::model::brep::Brep;
 use crate::model::tets::Tets;
-use gmsh::{Ended, Launcher, Run};
+use gmsh::Launcher;
 use piece::PieceError;
+use process::{Ended, Limits, Run};
 use script::{ATTEMPTS, Attempt, Facts};
 
 /// One solid: its boundary and the tets that fill it.
@@ -219,8 +222,10 @@ impl Job<'_> {
             .run(
                 self.folder,
                 &[script::SCRIPT, "-nt", &threads, "-"],
-                left,
-                self.options.memory_limit,
+                Limits {
+                    time: left,
+                    memory: self.options.memory_limit,
+                },
             )
             .map_err(|cause| ImportError::GmshUnusable {
                 gmsh: self.launcher.path.clone(),
