@@ -4,8 +4,9 @@
 //! Limits: only what shows without meshing a part; a gmsh that starts may still fail on a file.
 
 use crate::import::find_gmsh;
+use crate::import::tetwild::{self, find_tetwild};
 use serde::Serialize;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// The oldest gmsh whose MSH 4.1 and HXT mesher we rely on, as (major, minor).
 const OLDEST_GMSH: (u32, u32) = (4, 11);
@@ -47,6 +48,7 @@ pub fn examine(gmsh: Option<&Path>) -> Vec<Finding> {
         format!("{}, {}", env!("CARGO_PKG_VERSION"), std::env::consts::ARCH),
     )];
     findings.extend(examine_gmsh(gmsh));
+    findings.push(examine_tetwild(named_or_found(gmsh).as_deref()));
     findings.push(examine_temporary_folder());
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
     findings.push(Finding::well("cores", cores.to_string()));
@@ -60,6 +62,19 @@ fn examine_gmsh(named: Option<&Path>) -> Vec<Finding> {
     };
     let place = Finding::well("gmsh", gmsh.path.display().to_string());
     vec![place, examine_version(&gmsh.version)]
+}
+
+fn named_or_found(named: Option<&Path>) -> Option<PathBuf> {
+    find_gmsh(named).ok().map(|g| g.path)
+}
+
+/// The optional mesher for parts that gmsh cannot fill: where it is missing, the program works, but refuses such parts.
+fn examine_tetwild(gmsh: Option<&Path>) -> Finding {
+    let what = "fTetWild (optional)";
+    match find_tetwild(gmsh) {
+        Ok(t) => Finding::well(what, format!("pytetwild {}, {}", t.version, t.python.display())),
+        Err(error) => Finding::ill(what, error.to_string(), tetwild::INSTALL),
+    }
 }
 
 fn examine_version(text: &str) -> Finding {
