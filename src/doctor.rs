@@ -22,6 +22,8 @@ pub struct Finding {
     pub found: String,
     /// The command or deed that mends it; none where all is well.
     pub remedy: Option<String>,
+    /// Whether the program does without it, and only refuses what it would be needed for.
+    pub optional: bool,
 }
 
 impl Finding {
@@ -30,6 +32,7 @@ impl Finding {
             what: what.into(),
             found,
             remedy: None,
+            optional: false,
         }
     }
     fn ill(what: &str, found: String, remedy: &str) -> Self {
@@ -37,6 +40,7 @@ impl Finding {
             what: what.into(),
             found,
             remedy: Some(remedy.into()),
+            optional: false,
         }
     }
 }
@@ -70,10 +74,20 @@ fn named_or_found(named: Option<&Path>) -> Option<PathBuf> {
 
 /// The optional mesher for parts that gmsh cannot fill: where it is missing, the program works, but refuses such parts.
 fn examine_tetwild(gmsh: Option<&Path>) -> Finding {
-    let what = "fTetWild (optional)";
-    match find_tetwild(gmsh) {
-        Ok(t) => Finding::well(what, format!("pytetwild {}, {}", t.version, t.python.display())),
-        Err(error) => Finding::ill(what, error.to_string(), tetwild::INSTALL),
+    let what = "fTetWild";
+    let finding = match find_tetwild(gmsh) {
+        Ok(t) => Finding::well(
+            what,
+            format!("pytetwild {}, {}", t.version, t.python.display()),
+        ),
+        Err(error) => {
+            let found = format!("{error}: parts that gmsh cannot fill will be refused");
+            Finding::ill(what, found, tetwild::INSTALL)
+        }
+    };
+    Finding {
+        optional: true,
+        ..finding
     }
 }
 
@@ -121,7 +135,10 @@ mod tests {
     #[test]
     fn a_missing_gmsh_is_found_out_and_mended() {
         let findings = examine(Some(Path::new("/nonexistent/gmsh")));
-        let ill: Vec<&Finding> = findings.iter().filter(|f| f.remedy.is_some()).collect();
+        let ill: Vec<&Finding> = findings
+            .iter()
+            .filter(|f| f.remedy.is_some() && !f.optional)
+            .collect();
         assert_eq!(ill.len(), 1, "{findings:?}");
         assert!(ill[0].found.contains("/nonexistent/gmsh"));
         assert!(ill[0].remedy.as_ref().unwrap().contains("pip install gmsh"));

@@ -223,10 +223,24 @@ pub(super) fn error_lines(log: &str) -> Vec<String> {
         "alloc",
         "shared",
     ];
+    // What gmsh says around its errors: the traceback of its Python module, and a summary that only counts them.
+    let tells_nothing = |line: &str| {
+        let text = line
+            .trim_start_matches("Error")
+            .trim_start_matches([' ', ':']);
+        let counts = ["warning", "warnings", "error", "errors"];
+        let mut words = text.split_whitespace();
+        line.contains("logger.getLastError")
+            || text.starts_with("----")
+            || text.contains("full log for details")
+            || text.ends_with("error summary")
+            || (words.next().is_some_and(|w| w.parse::<u32>().is_ok())
+                && words.next().is_some_and(|w| counts.contains(&w)))
+    };
     let lines: Vec<&str> = log
         .lines()
         .map(str::trim)
-        .filter(|l| !l.is_empty() && !l.contains("logger.getLastError"))
+        .filter(|l| !l.is_empty() && !tells_nothing(l))
         .collect();
     let mut chosen: Vec<&str> = lines
         .iter()
@@ -264,6 +278,8 @@ mod tests {
             error_lines(log),
             ["Error   : HXT 3D mesh failed", "PLC Error:  A segment"]
         );
+        let summary = "Error   : PLC\nError   : Mesh generation error summary\nError   : -----\nError   :     1 error\nError   : Check the full log for details\n";
+        assert_eq!(error_lines(summary), ["Error   : PLC"]);
         assert_eq!(
             error_lines("1\n2\n3\n4\n5\n6\n").len(),
             4,

@@ -10,8 +10,8 @@ use super::relabel::relabel;
 use super::script::{self, Facts, SURFACES, SolidFacts};
 use super::skin::{Skin, skins};
 use super::tetwild::{self, FillOptions, TetWild};
-use super::{Imported, Job, MeshFault, Piece, gmsh, msh, same_volume};
 use super::{ImportError, TetWildError};
+use super::{Imported, Job, MeshFault, Piece, gmsh, msh, same_volume};
 
 /// Envelopes that are tried, in mean thicknesses: wide ones are faster, narrow ones keep the volume of a part with walls far thinner than the mean.
 const ENVELOPES: [f64; 2] = [0.05, 0.015];

@@ -224,7 +224,10 @@ impl Job<'_> {
                 return Err(match run.ended {
                     Ended::Exit(_) => self.not_read(&run.log),
                     Ended::TimedOut => {
-                        attempts.push(format!("{}: out of time before the file was read", attempt.name));
+                        attempts.push(format!(
+                            "{}: out of time before the file was read",
+                            attempt.name
+                        ));
                         self.out_of_time(attempts)
                     }
                 });
@@ -248,7 +251,8 @@ impl Job<'_> {
         }
         if facts.solids > 0 && !facts.is_open() {
             let deadline = start + limit;
-            if let Some(imported) = last_resort::try_it(self, facts, deadline, &mut attempts, tell)? {
+            if let Some(imported) = last_resort::try_it(self, facts, deadline, &mut attempts, tell)?
+            {
                 return Ok(imported);
             }
         }

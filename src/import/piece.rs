@@ -156,7 +156,11 @@ fn build_piece(msh: &Msh, volume: &MshEntity) -> Result<Piece, PieceError> {
     Ok(Piece { brep, tets })
 }
 
-pub(super) fn blocks(msh: &Msh, dimension: usize, entity: i32) -> impl Iterator<Item = &ElementBlock> {
+pub(super) fn blocks(
+    msh: &Msh,
+    dimension: usize,
+    entity: i32,
+) -> impl Iterator<Item = &ElementBlock> {
     msh.elements
         .iter()
         .filter(move |b| b.dimension == dimension && b.entity == entity)

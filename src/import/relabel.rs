@@ -63,7 +63,12 @@ pub(super) fn relabel(skin: &Skin, filling: &Filling, envelope: f64) -> Result<P
     let mut order: Vec<u32> = sides.iter().flatten().copied().collect();
     order.sort_unstable();
     order.dedup();
-    order.extend((0u32..).zip(&faces_at).filter(|f| f.1.is_empty()).map(|f| f.0));
+    order.extend(
+        (0u32..)
+            .zip(&faces_at)
+            .filter(|f| f.1.is_empty())
+            .map(|f| f.0),
+    );
     let mut vertex_of = vec![VertexId(u32::MAX); points.len()];
     for (at, &v) in order.iter().enumerate() {
         vertex_of[v as usize] = VertexId::new(at);
@@ -85,7 +90,10 @@ pub(super) fn relabel(skin: &Skin, filling: &Filling, envelope: f64) -> Result<P
         solid_tag: solid,
         vertices: order.iter().map(|&v| points[v as usize]).collect(),
         facets: facets.collect(),
-        faces: kept.iter().map(|&f| skin.faces[f as usize].clone()).collect(),
+        faces: kept
+            .iter()
+            .map(|&f| skin.faces[f as usize].clone())
+            .collect(),
         curves: IndexVec::new(),
     };
     borders(&mut brep, skin, &kept);
@@ -124,16 +132,19 @@ fn borders(brep: &mut Brep, skin: &Skin, kept: &[u32]) {
     // The curves of the skin first, in the order of their numbers; then those that it does not know.
     let mut found: BTreeMap<(Option<i32>, [FaceId; 2]), Vec<[VertexId; 2]>> = BTreeMap::new();
     for run in sides.chunk_by(|a, b| a.0 == b.0) {
-        let &[(segment, f), (_, g)] = run else { continue };
+        let &[(segment, f), (_, g)] = run else {
+            continue;
+        };
         if f == g {
             continue;
         }
         let faces = [f.min(g), f.max(g)];
         let known = between.get(&faces.map(|f| kept[f.index()]));
         let middle = brep.vertices[segment[0]].midpoint(brep.vertices[segment[1]]);
-        let nearest = known.into_iter().flatten().min_by(|a, b| {
-            distance(&a.segments, middle).total_cmp(&distance(&b.segments, middle))
-        });
+        let nearest = known
+            .into_iter()
+            .flatten()
+            .min_by(|a, b| distance(&a.segments, middle).total_cmp(&distance(&b.segments, middle)));
         let key = (nearest.map(|c| c.tag), faces);
         found.entry(key).or_default().push(segment);
     }
@@ -181,7 +192,9 @@ impl<'a> Target<'a> {
         Self {
             skin,
             of_face: of_face.collect(),
-            owner: owner.flat_map(|(f, own)| own.iter().map(move |_| f)).collect(),
+            owner: owner
+                .flat_map(|(f, own)| own.iter().map(move |_| f))
+                .collect(),
             normal: all.iter().map(|&t| normal(t)).collect(),
             all: TriangleBvh::new(&all),
         }
@@ -268,7 +281,11 @@ impl<'a> Target<'a> {
             })
             .collect();
         let mut moved: Vec<bool> = goal.iter().map(Option::is_some).collect();
-        let mut points: Vec<DVec3> = old.iter().zip(&goal).map(|(&p, g)| g.unwrap_or(p)).collect();
+        let mut points: Vec<DVec3> = old
+            .iter()
+            .zip(&goal)
+            .map(|(&p, g)| g.unwrap_or(p))
+            .collect();
         loop {
             let mut again = false;
             for tet in &filling.tets {
@@ -312,7 +329,9 @@ impl<'a> Target<'a> {
                     let faces = if f == g { &both[..1] } else { &both[..] };
                     let most = BULGE * points[u].distance(points[v]);
                     let curved = self.on_faces(faces, straight);
-                    curved.filter(|c| c.distance(straight) <= most).unwrap_or(straight)
+                    curved
+                        .filter(|c| c.distance(straight) <= most)
+                        .unwrap_or(straight)
                 })
             })
             .collect()

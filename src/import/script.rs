@@ -270,7 +270,9 @@ pub(super) struct SolidFacts {
 impl SolidFacts {
     /// The facts in a log, one a solid.
     pub(super) fn in_log(log: &str) -> Vec<Self> {
-        let lines = log.lines().filter_map(|l| Some(l.split_once("midshell: solid ")?.1));
+        let lines = log
+            .lines()
+            .filter_map(|l| Some(l.split_once("midshell: solid ")?.1));
         let read = |line: &str| {
             let words: Vec<&str> = line.split_whitespace().collect();
             let [tag, "volume", volume, "area", area, "diagonal", diagonal] = words[..] else {
@@ -411,5 +413,33 @@ mod tests {
         assert_eq!(worth("", none), ["sewn"]);
         assert_eq!(worth("", open), ["sewn"]);
         assert!(!worth("", WELL).contains(&"sewn"));
+    }
+
+    #[test]
+    fn what_took_too_long_is_only_tried_coarser() {
+        let names: Vec<&str> = ATTEMPTS[1..]
+            .iter()
+            .filter(|a| a.is_worth_it("", true, WELL))
+            .map(|a| a.name)
+            .collect();
+        assert_eq!(names, ["even size of two thicknesses"]);
+    }
+
+    #[test]
+    fn flat_facets_are_tried_only_where_the_filling_went_well() {
+        assert!(worth("Info : Done meshing 3D (Wall 1s)", WELL).contains(&"flat facets"));
+        assert!(!worth("Error : HXT 3D mesh failed", WELL).contains(&"flat facets"));
+    }
+
+    #[test]
+    fn the_facts_of_a_solid_are_read_and_give_its_size() {
+        let log = "x\nmidshell: solid 3 volume 12000 area 12640 diagonal 116.6\n";
+        let [facts] = SolidFacts::in_log(log)[..] else {
+            panic!("one solid");
+        };
+        assert_eq!(facts.tag, 3);
+        assert!((facts.thickness() - 1.898_734).abs() < 1e-6);
+        // 3 t is more than an eightieth of the diagonal and more than a two-hundredth.
+        assert!((facts.size(2.0) - 6.0 * facts.thickness()).abs() < 1e-12);
     }
 }

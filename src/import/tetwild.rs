@@ -222,7 +222,8 @@ pub fn fill(
     let run = process::run(
         &tool.python,
         &arguments,
-        &[],
+        // Threads of numpy's linear algebra, which is not used, would only reserve memory.
+        &[("OPENBLAS_NUM_THREADS", Path::new("1"))],
         folder.path(),
         "tetwild.log",
         limits,
@@ -321,4 +322,91 @@ fn unpacked(bytes: &[u8], low: DVec3, scale: f64) -> Result<Filling, TetWildErro
         points,
         tets: cells,
     })
+}
+
+#[cfg(all(test, unix))]
+mod tests {
+    use super::*;
+
+    const POINTS: [DVec3; 4] = [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z];
+    const TRIANGLES: [[u32; 3]; 4] = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]];
+
+    /// Fills one tet with a Python that does what the shell script says in place of fTetWild.
+    fn with_fake(script: &str) -> Result<Filling, TetWildError> {
+        use std::os::unix::fs::PermissionsExt;
+        let folder = tempfile::tempdir().unwrap();
+        let python = folder.path().join("python3");
+        std::fs::write(&python, format!("#!/bin/sh\n{script}\n")).unwrap();
+        std::fs::set_permissions(&python, std::fs::Permissions::from_mode(0o755)).unwrap();
+        let tool = TetWild {
+            python,
+            version: String::new(),
+        };
+        let options = FillOptions {
+            edge_length: 1.0,
+            envelope: 0.01,
+            time_limit: Duration::from_secs(1),
+            memory_limit: None,
+        };
+        fill(&tool, &POINTS, &TRIANGLES, &options)
+    }
+
+    #[test]
+    fn one_that_fails_hangs_or_writes_rubbish_is_told_apart() {
+        let failed = with_fake("echo 'MemoryError: no room' >&2; exit 1").unwrap_err();
+        assert!(failed.to_string().contains("no room"), "{failed}");
+        let hung = with_fake("sleep 60").unwrap_err();
+        assert!(matches!(hung, TetWildError::TimedOut { .. }), "{hung}");
+        for rubbish in [
+            "printf hello > out.bin",
+            "head -c 16 /dev/zero > out.bin",
+            "exit 0",
+        ] {
+            let error = with_fake(rubbish).unwrap_err();
+            let told = matches!(
+                error,
+                TetWildError::BadResult(_) | TetWildError::Failed { .. }
+            );
+            assert!(told, "{rubbish}: {error}");
+        }
+    }
+
+    #[test]
+    fn results_are_scaled_back_and_turned_the_right_way() {
+        let (low, scale) = (DVec3::new(5.0, 6.0, 7.0), 0.25);
+        let mut bytes = packed(&POINTS, &[], DVec3::ZERO, 1.0);
+        bytes[8] = 1;
+        // This one has a negative volume.
+        for i in [1u32, 0, 2, 3] {
+            bytes.extend(i.to_le_bytes());
+        }
+        let filling = unpacked(&bytes, low, scale).unwrap();
+        assert_eq!(filling.points[1], DVec3::new(9.0, 6.0, 7.0));
+        assert_eq!(filling.tets, [[0, 1, 2, 3]]);
+        // A point that does not exist.
+        let last = bytes.len() - 4;
+        bytes[last] = 4;
+        assert!(unpacked(&bytes, low, scale).is_err());
+    }
+
+    #[test]
+    fn surfaces_that_are_none_are_refused_before_anything_is_started() {
+        let tool = TetWild {
+            python: PathBuf::from("/nonexistent"),
+            version: String::new(),
+        };
+        let options = FillOptions {
+            edge_length: 1.0,
+            envelope: 0.01,
+            time_limit: Duration::from_secs(1),
+            memory_limit: None,
+        };
+        let bad = |points: &[DVec3], triangles: &[[u32; 3]]| {
+            let error = fill(&tool, points, triangles, &options).unwrap_err();
+            assert!(matches!(error, TetWildError::BadSurface { .. }), "{error}");
+        };
+        bad(&POINTS, &[]);
+        bad(&POINTS, &[[0, 1, 4]]);
+        bad(&[DVec3::NAN, DVec3::X, DVec3::Y], &[[0, 1, 2]]);
+    }
 }
