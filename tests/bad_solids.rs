@@ -86,10 +86,14 @@ fn a_face_that_is_listed_twice_counts_once() {
 }
 
 #[test]
-fn coordinates_that_are_no_numbers_are_refused() {
+fn coordinates_that_are_no_numbers_are_mended_or_refused() {
     for word in ["NaN", "1.E+999"] {
         let ended = edited(|text| text.replacen("(100.,60.,2.)", &format!("(100.,60.,{word})"), 1));
-        // The CAD kernel drops what it cannot read; what is left is no closed solid, or cannot be filled.
+        // The CAD kernel may find the corner again from the curves that meet there; then the plate is whole.
+        if ended.status == Some(0) {
+            right(&ended, 1);
+            continue;
+        }
         assert!(
             matches!(ended.status, Some(3 | 5)),
             "{:?} {}",

@@ -324,13 +324,14 @@ fn unpacked(bytes: &[u8], low: DVec3, scale: f64) -> Result<Filling, TetWildErro
     })
 }
 
-#[cfg(all(test, unix))]
+#[cfg(test)]
 mod tests {
     use super::*;
 
     const POINTS: [DVec3; 4] = [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z];
     const TRIANGLES: [[u32; 3]; 4] = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]];
 
+    #[cfg(unix)]
     /// Fills one tet with a Python that does what the shell script says in place of fTetWild.
     fn with_fake(script: &str) -> Result<Filling, TetWildError> {
         use std::os::unix::fs::PermissionsExt;
@@ -351,6 +352,7 @@ mod tests {
         fill(&tool, &POINTS, &TRIANGLES, &options)
     }
 
+    #[cfg(unix)]
     #[test]
     fn one_that_fails_hangs_or_writes_rubbish_is_told_apart() {
         let failed = with_fake("echo 'MemoryError: no room' >&2; exit 1").unwrap_err();
