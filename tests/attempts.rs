@@ -152,11 +152,6 @@ Delete { Volume{1}; Surface{:}; Curve{:}; Point{:}; }";
             "{}",
             brep.volume()
         );
-        assert_eq!(
-            found,
-            imported(&input, &surfaces_only(&bench)),
-            "the same again"
-        );
     }
 }
 

@@ -1,14 +1,15 @@
 //! Import: a CAD file in, one [`Piece`] a solid out.
 //!
-//! STEP, IGES and OpenCASCADE BREP go through one run of the `gmsh` command an attempt: it reads and heals the file, converts the unit to mm,
+//! STEP, IGES and OpenCASCADE BREP go through one run of the `gmsh` command an attempt (their order: `script.rs`; the last: `last_resort.rs`): it reads and heals the file, converts the unit to mm,
 //! tessellates every face with six-node triangles and fills the volume with tets; its binary mesh is read here.
 //!
 //! Guarantees: every piece is closed, outward oriented and filled, and its facets are exactly the boundary of its tets (see [`piece`]). The result
-//! depends on the file and the options only, not on how many threads this program uses. Nothing is left behind: all files live in a private temporary
+//! depends on the file and the options only, not on how many threads this program uses, but for a part that only fTetWild fills: its fillings
+//! differ from run to run, which [`Imported::way`] tells. Nothing is left behind: all files live in a private temporary
 //! folder, and gmsh is killed when its time is over. What was tried in vain is told in [`Imported::attempts`].
 //!
-//! Limits: made for gmsh 4.15; one too old for the script is refused with its own words. A part whose faces overlap or touch from two sides (a slit without
-//! width) cannot be filled. Face names are known only where the file has them as physical groups, which gmsh makes of no STEP file.
+//! Limits: made for gmsh 4.15; one too old for the script is refused with its own words. Gmsh cannot fill a part whose faces overlap or touch from two sides (a slit without
+//! width); that is left to fTetWild. Face names are known only where the file has them as physical groups, which gmsh makes of no STEP file.
 //!
 //! Reference: C. Geuzaine, J.-F. Remacle, "Gmsh: a three-dimensional finite element mesh generator", IJNME 79 (2009), doi:10.1002/nme.2579.
 

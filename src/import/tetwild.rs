@@ -4,8 +4,8 @@
 //! envelope round them. It needs no file format: points and triangles go over as plain little-endian numbers.
 //!
 //! Guarantees: every tet of the result names four different points that exist and has a positive volume; coordinates are finite; the process is
-//! killed, with all that it started, when the time is over. The result depends on the input and the options only: one thread is used.
-//! Limits: the boundary of the result does not conform to the triangles, it only lies near them; it may touch itself along edges and in points.
+//! killed, with all that it started, when the time is over.
+//! Limits: fTetWild draws random numbers that cannot be seeded from outside, so that two runs give two fillings, even with one thread. The boundary of the result does not conform to the triangles, it only lies near them; it may touch itself along edges and in points.
 //!
 //! Reference: Y. Hu, T. Schneider, B. Wang, D. Zorin, D. Panozzo, "Fast Tetrahedral Meshing in the Wild", ACM TOG 39 (2020),
 //! doi:10.1145/3386569.3392385.
