@@ -112,6 +112,9 @@ pub(super) fn relabel(skin: &Skin, filling: &Filling, envelope: f64) -> Result<P
     Ok(Piece { brep, tets })
 }
 
+/// A curve's number in the skin, where it has one, and the two faces that meet there.
+type Border = (Option<i32>, [FaceId; 2]);
+
 /// The curves of a labelled boundary: where facets of different faces meet; those of the skin where it has one between these faces.
 fn borders(brep: &mut Brep, skin: &Skin, kept: &[u32]) {
     let mut between: BTreeMap<[u32; 2], Vec<&SkinCurve>> = BTreeMap::new();
@@ -130,7 +133,7 @@ fn borders(brep: &mut Brep, skin: &Skin, kept: &[u32]) {
     sides.sort_unstable();
     let last = skin.curves.iter().map(|c| c.tag).max().unwrap_or(0);
     // The curves of the skin first, in the order of their numbers; then those that it does not know.
-    let mut found: BTreeMap<(Option<i32>, [FaceId; 2]), Vec<[VertexId; 2]>> = BTreeMap::new();
+    let mut found: BTreeMap<Border, Vec<[VertexId; 2]>> = BTreeMap::new();
     for run in sides.chunk_by(|a, b| a.0 == b.0) {
         let &[(segment, f), (_, g)] = run else {
             continue;
