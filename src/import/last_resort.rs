@@ -46,7 +46,8 @@ pub(super) fn try_it(
             break;
         }
         tell(attempt.name);
-        let run = job.start(attempt, facts, left)?;
+        // A surface that takes longer leaves no time to fill it.
+        let run = job.start(attempt, facts, left / 2)?;
         let version = gmsh::version_in(&run.log).unwrap_or_default();
         let found = match run.ended {
             Ended::TimedOut => Err("out of time in the surface".to_owned()),
