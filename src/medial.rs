@@ -32,7 +32,7 @@ const LEASH: f64 = 3.0;
 /// Nor further beyond the end of its surfaces than this, in thicknesses: sheets that are extended to meet do so within the block where
 /// their walls join. One that lies further out may stay where it is.
 const REACH: f64 = 1.5;
-/// Two sides whose normals are nearer to parallel than this sum of unit normals define no middle.
+/// Tangent planes whose unit normals differ by less than this define no middle.
 const LEAST_OPPOSITION: f64 = 0.5;
 
 /// A point this near to its foot, in edge lengths, lies on the surface: which way the rest points is rounding.
@@ -105,6 +105,12 @@ impl Foot {
     #[inline]
     pub fn depth(&self, p: DVec3) -> f64 {
         (self.point - p).dot(self.normal)
+    }
+
+    /// The way from `p` to the foot, and its length.
+    fn way(&self, p: DVec3) -> (DVec3, f64) {
+        let way = self.point - p;
+        (way.try_normalize().unwrap_or(self.normal), way.length())
     }
 
     /// How far beyond the end of the surface `p` lies, along the tangent plane; zero over its inside.
@@ -321,7 +327,11 @@ impl<'a> Medial<'a> {
                 }
                 let [a, b] = self.feet_from(p, wall, &mut known.hints)?;
                 let beyond = a.beyond(p).min(b.beyond(p));
-                middle([a.normal, b.normal], [a.depth(p), b.depth(p)], beyond)
+                middle([a.normal, b.normal], [a.depth(p), b.depth(p)], beyond).or_else(|| {
+                    // At the crest of a rounded rim both sides face the same way: their distances still have a middle.
+                    let ((u, to_a), (v, to_b)) = (a.way(p), b.way(p));
+                    middle([u, v], [to_a, to_b], beyond)
+                })
             }
             Support::Face(face) => {
                 let rim = &self.rims[self.rim_surface[face] as usize];
@@ -444,7 +454,11 @@ impl Placer for Medial<'_> {
             return (a.normal - b.normal).try_normalize();
         }
         let [a, b] = self.feet(point, wall)?;
-        (a.normal - b.normal).try_normalize()
+        let across = a.normal - b.normal;
+        if across.length() > LEAST_OPPOSITION {
+            return across.try_normalize();
+        }
+        (a.way(point).0 - b.way(point).0).try_normalize()
     }
 
     fn thickness(&self, point: DVec3, wall: WallId) -> Option<f64> {

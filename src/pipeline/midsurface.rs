@@ -161,7 +161,7 @@ fn candidate(
         let medial = Medial::new(brep, aag, &pairing);
         let complex = extract::place(complex, &medial);
         let (complex, _) = prune::prune(complex, &medial);
-        let complex = reach::reach_rims(complex, brep, &pairing, &medial);
+        let complex = reach::reach_rims(complex, brep, aag, &pairing, &medial);
         (extract::place(complex, &medial), pairing)
     });
     fault("unite", pairing.check().first())?;

@@ -1,7 +1,8 @@
 //! Prune: takes away sheets that stand for no wall.
 //!
 //! Where labels of two walls interleave (in fillets, in the block where walls join) the collapse keeps fins: small sheets that hang on to others by a junction and
-//! end in a free border. Placed on their wall they double a sheet that is there already, or hang beyond the ends of both sides. Such a sheet goes
+//! end in a free border. Placed on their wall they double a sheet that is there already, or hang beyond the ends of both sides. Nor is there ever a third
+//! sheet where a wall meets nothing but itself: its mid-surface is one. Such a sheet goes
 //! if it can be folded back from its free border to its junctions without a rest, so that the homotopy type cannot change.
 //!
 //! Guarantees: homotopy type kept (elementary collapses only; J. H. C. Whitehead, Simplicial spaces, nuclei and m-groups, Proc. LMS 45 (1939),
@@ -93,12 +94,16 @@ fn idle_sheets(
             .unwrap_or(0.0)
             .abs()
     };
+    let size_of: BTreeMap<u32, f64> = (of_sheet.iter())
+        .map(|(&s, list)| (s, list.iter().map(|&t| area(t)).sum()))
+        .collect();
+    let surplus = surplus(complex, edges, &sheet, &size_of);
     let mut small: Vec<(f64, Vec<TriangleId>)> = of_sheet
-        .into_values()
-        .filter_map(|list| {
-            let size: f64 = list.iter().map(|&t| area(t)).sum();
+        .into_iter()
+        .filter_map(|(s, list)| {
             let least = list.iter().map(|&t| thickness(t)).fold(0.0, f64::max);
-            (size < LARGEST * least * least).then_some((size, list))
+            let fin = size_of[&s] < LARGEST * least * least || surplus.contains_key(&s);
+            fin.then_some((size_of[&s], list))
         })
         .collect();
     small.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
@@ -126,7 +131,10 @@ fn idle_sheets(
     };
     let judged: Vec<(f64, Vec<u32>)> = small
         .par_iter()
-        .map(|(_, list)| {
+        .map(|(size, list)| {
+            if let Some(others) = surplus.get(&sheet[list[0]]) {
+                return (*size, others.clone());
+            }
             let mut idle = 0.0;
             let mut others = Vec::new();
             for &t in list {
@@ -150,6 +158,42 @@ fn idle_sheets(
         }
     }
     told
+}
+
+/// Sheets that meet nothing but others of their own wall at junctions, and a larger one among these; with all that they meet.
+fn surplus(
+    complex: &MidComplex,
+    edges: &[MidEdge],
+    sheet: &IndexVec<TriangleId, u32>,
+    size_of: &BTreeMap<u32, f64>,
+) -> BTreeMap<u32, Vec<u32>> {
+    let mut met: BTreeMap<u32, Option<Vec<u32>>> = BTreeMap::new();
+    for edge in edges.iter().filter(|e| e.triangles.len() > 2) {
+        let wall = |t: &TriangleId| complex.triangles[*t].wall;
+        let own = edge
+            .triangles
+            .windows(2)
+            .all(|t| wall(&t[0]) == wall(&t[1]));
+        for t in &edge.triangles {
+            let met = met.entry(sheet[*t]).or_insert_with(|| Some(Vec::new()));
+            if own {
+                let others = edge.triangles.iter().map(|s| sheet[*s]);
+                met.iter_mut()
+                    .for_each(|m| m.extend(others.clone().filter(|o| *o != sheet[*t])));
+            } else {
+                *met = None;
+            }
+        }
+    }
+    met.into_iter()
+        .filter_map(|(s, others)| {
+            let mut others = others?;
+            others.sort_unstable();
+            others.dedup();
+            let larger = others.iter().any(|o| size_of[o] > size_of[&s]);
+            larger.then_some((s, others))
+        })
+        .collect()
 }
 
 /// Which cells of the complex are left.

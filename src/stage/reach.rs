@@ -3,17 +3,22 @@
 //! Where a rim is rounded, no label opposes another near it, and the collapse eats up to the first tets that lie between the two sides: the sheet ends in a ragged
 //! border a little inside the material. Its nodes take the nearest face ahead that is no side of a wall there as a support; placing then moves the rim onto it.
 //!
+//! Where the two sides of a wall meet, its rim lies on their edge, and the nodes take one of the sides.
+//!
 //! Guarantees: topology and positions untouched; only supports are added, only to nodes of rims without a face, and only where a face that is no side of a wall
 //! is within reach. A border further inside ends at a lump, and stays.
 //! Cost: one nearest-point query a bare rim node.
+
+mod meeting;
 
 use crate::geom::placer::Placer;
 use crate::model::brep::Brep;
 use crate::model::complex::{EdgeKind, MidComplex, Support};
 use crate::model::ids::{FaceId, FacetId, IndexVec, NodeId, TriangleId};
-use crate::model::walls::Pairing;
+use crate::model::walls::{Aag, Pairing};
 use crate::spatial::TriangleBvh;
 use glam::DVec3;
+use meeting::MeetingEdges;
 use rayon::prelude::*;
 use smallvec::SmallVec;
 
@@ -32,6 +37,7 @@ const ROUNDS: usize = 4;
 pub fn reach_rims(
     mut complex: MidComplex,
     brep: &Brep,
+    aag: &Aag,
     pairing: &Pairing,
     placer: &dyn Placer,
 ) -> MidComplex {
@@ -47,6 +53,7 @@ pub fn reach_rims(
     let outwards = rims.outwards(&complex);
     let corners: Vec<[DVec3; 3]> = brep.facets.ids().map(|f| brep.corners(f)).collect();
     let bvh = TriangleBvh::new(&corners);
+    let meeting = MeetingEdges::new(brep, aag, pairing);
     let found: Vec<Option<FaceId>> = bare
         .par_iter()
         .map(|&n| {
@@ -57,6 +64,13 @@ pub fn reach_rims(
             let thickness = placer.thickness(p, wall)?;
             let side = &pairing.walls.get(wall)?.sides;
             let outwards = outwards[n].normalize_or_zero();
+            let is_ahead = |way: DVec3| outwards.dot(way) > AHEAD * way.length();
+            let mean = pairing.walls[wall].thickness;
+            if let Some((face, end)) = meeting.nearest(p, wall, REACH * mean)
+                && is_ahead(end - p)
+            {
+                return Some(face);
+            }
             // Faces that are nearest but not ahead: the fillets beside a wall.
             let mut beside: SmallVec<[FaceId; LOOKS]> = SmallVec::new();
             for _ in 0..LOOKS {
@@ -65,8 +79,7 @@ pub fn reach_rims(
                     !beside.contains(&face) && !side.iter().any(|s| s.binary_search(&face).is_ok())
                 })?;
                 let face = brep.facets[FacetId(near.index as u32)].face;
-                let way = near.point - p;
-                if outwards.dot(way) > AHEAD * way.length() {
+                if is_ahead(near.point - p) {
                     return is_lateral(pairing, placer, face, near.point).then_some(face);
                 }
                 beside.push(face);
@@ -215,13 +228,14 @@ mod tests {
                 .into_iter()
                 .collect()
         };
+        let aag = crate::stage::adjacency::adjacency(&brep);
         let mut pairing = Pairing::default();
         pairing.walls.push(Wall {
             sides: [flat(2.0), flat(0.0)],
             thickness: 2.0,
             group: 0,
         });
-        let complex = reach_rims(ragged(border), &brep, &pairing, &Middle);
+        let complex = reach_rims(ragged(border), &brep, &aag, &pairing, &Middle);
         (complex.nodes.iter())
             .enumerate()
             .filter(|(_, n)| n.supports.len() > 1)

@@ -17,6 +17,8 @@ const NEAR: f64 = 0.35;
 const BEHIND: f64 = 1e-5;
 /// A free edge is on a rim that is nearer than this share of the thickness: half would be exact for a square rim.
 const ON_RIM: f64 = 0.75;
+/// A free edge this near to the skin has come to the end of the material, whatever face is there: a sheet inside a wall is half a thickness away.
+const AT_SKIN: f64 = 0.1;
 
 /// What was measured.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -73,6 +75,9 @@ pub(super) fn measure(
         let Some((piece, weights)) = skin.nearest(p, reach) else {
             return false;
         };
+        if skin.above(piece, weights).2.distance(p) < AT_SKIN / ON_RIM * reach {
+            return true;
+        }
         thin(&look_across(skin, piece, weights)).is_none()
     };
     let (free_off, free_length) = free_edges(free, &rims, &flat.thickness, on_rim);

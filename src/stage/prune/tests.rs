@@ -116,3 +116,42 @@ fn a_strip_between_two_junctions_cannot_go() {
     assert_eq!(stats, PruneStats::default());
     assert_eq!(pruned.euler(), complex.euler());
 }
+
+#[test]
+fn a_third_sheet_where_a_wall_meets_itself_goes_however_far_apart() {
+    let (bare, middle) = plate();
+    let mut complex = bare.clone();
+    let edge = line(&mut complex, 9.0, 0.9);
+    strip(&mut complex, 0, &middle, &edge);
+    let (pruned, stats) = prune(with_supports(complex.clone()), &Planes);
+    assert_eq!((stats.sheets, stats.triangles), (1, 8));
+    assert_eq!(pruned, with_supports(bare));
+    // The foot of another wall is no surplus.
+    for t in complex.triangles.as_mut_slice().iter_mut().skip(16) {
+        t.wall = WallId(1);
+    }
+    let complex = with_supports(complex);
+    let (kept, _) = prune(complex.clone(), &Upright);
+    assert_eq!(kept, complex);
+}
+
+/// As [`Planes`], with a wall 1 that leans as the strip does.
+struct Upright;
+impl Placer for Upright {
+    fn place(&self, start: DVec3, _: &[Support]) -> DVec3 {
+        start
+    }
+    fn normal(&self, _: DVec3, wall: WallId) -> Option<DVec3> {
+        Some(if wall == WallId(0) {
+            DVec3::Z
+        } else {
+            DVec3::new(0.0, -0.1, 1.0).normalize()
+        })
+    }
+    fn thickness(&self, _: DVec3, _: WallId) -> Option<f64> {
+        Some(1.0)
+    }
+    fn curvature_radius(&self, _: DVec3, _: WallId) -> f64 {
+        f64::INFINITY
+    }
+}
