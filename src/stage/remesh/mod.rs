@@ -26,6 +26,7 @@
 
 mod caps;
 mod contract;
+mod dust;
 mod flip;
 mod forks;
 mod guide;
@@ -251,8 +252,10 @@ fn follow(job: &mut Job, size: SizeField) {
 }
 
 fn start<'a>(complex: MidComplex, placer: &'a dyn Placer, options: &'a RemeshOptions) -> Job<'a> {
+    let mut surface = Surface::new(complex);
+    dust::merge_coincident(&mut surface, placer);
     Job {
-        surface: Surface::new(complex),
+        surface,
         guides: Guides::default(),
         placer,
         options,
