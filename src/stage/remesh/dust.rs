@@ -3,11 +3,12 @@
 //! Where curves meet, two nodes of theirs may be placed in the same point: the triangles between them have no area, and since both are corners no rule of
 //! remeshing may take either. Their edge is contracted, whatever they are.
 //!
-//! Guarantee: the homotopy type stays (link condition). Nothing moves by more than the threshold.
+//! Guarantee: the homotopy type stays (link condition), and no sheet that hangs on by such an edge alone is cut off. Nothing moves by more than the threshold.
 
 use super::contract::keeps_homotopy;
 use super::surface::{Surface, key};
 use crate::geom::placer::Placer;
+use crate::model::disjoint::Disjoint;
 use crate::model::ids::NodeId;
 
 /// Nodes nearer than this share of the thickness are in one place: a hundred times what placing leaves of a distance, and far below what is drawn.
@@ -33,7 +34,10 @@ pub(super) fn merge_coincident(surface: &mut Surface, placer: &dyn Placer) {
             } else {
                 (a, b)
             };
-            if is_dust(surface, gone, kept, placer) && keeps_homotopy(surface, gone, kept) {
+            if is_dust(surface, gone, kept, placer)
+                && keeps_homotopy(surface, gone, kept)
+                && !cuts_off(surface, gone, kept)
+            {
                 merge(surface, gone, kept, placer);
                 merged = true;
             }
@@ -56,6 +60,24 @@ fn is_dust(surface: &Surface, a: NodeId, b: NodeId, placer: &dyn Placer) -> bool
                 .thickness(p, surface.triangle(t).wall)
                 .is_none_or(|thickness| length <= ONE_PLACE * thickness.abs())
     })
+}
+
+/// Whether the triangles round the node that the two become would no longer hang together by edges.
+fn cuts_off(surface: &Surface, gone: NodeId, kept: NodeId) -> bool {
+    let mut outer = surface.neighbours(gone);
+    outer.extend(surface.neighbours(kept));
+    outer.retain(|n| *n != gone && *n != kept);
+    outer.sort_unstable();
+    outer.dedup();
+    let mut link = Disjoint::new(outer.len());
+    for &t in surface.star(gone).iter().chain(surface.star(kept)) {
+        let ends = surface.triangle(t).nodes.map(|n| outer.binary_search(&n));
+        // Triangles at the edge that goes have one outer node.
+        if let [Ok(a), Ok(b), _] | [Ok(a), _, Ok(b)] | [_, Ok(a), Ok(b)] = ends {
+            link.join(a as u32, b as u32);
+        }
+    }
+    link.sets() > 1
 }
 
 fn merge(surface: &mut Surface, gone: NodeId, kept: NodeId, placer: &dyn Placer) {
@@ -107,6 +129,23 @@ mod tests {
             }
         }
         complex
+    }
+
+    #[test]
+    fn a_sheet_that_hangs_on_by_the_edge_alone_keeps_it() {
+        let mut complex = fins(0.0);
+        // A triangle of its own on the edge that has no length.
+        let tip = complex.nodes.push(MidNode {
+            point: DVec3::new(1.0, 1.0, 5.0),
+            supports: Default::default(),
+        });
+        complex.triangles.push(MidTriangle {
+            nodes: [NodeId(1), NodeId(2), tip],
+            wall: WallId(3),
+        });
+        let mut surface = Surface::new(complex.clone());
+        merge_coincident(&mut surface, &Stay);
+        assert_eq!(surface.finish(), complex);
     }
 
     #[test]
