@@ -25,7 +25,7 @@ use crate::model::report::Profile;
 use crate::model::shell::ShellMesh;
 use crate::options::MeshOptions;
 use crate::stage::remesh::RemeshOptions;
-use crate::stage::{audit, fair, quads, quality, remesh, shell, size};
+use crate::stage::{audit, fair, prune, quads, quality, remesh, shell, size};
 use clock::Clock;
 use dump::Dump;
 use glam::DVec3;
@@ -187,7 +187,9 @@ fn untangled(found: &MidSurface, medial: &Medial<'_>, clock: &mut Clock<'_>) -> 
     let thickness = |w: WallId| medial.mean_thickness(w);
     clock.time("fair", || {
         let (complex, _) = fair::fair(found.complex.clone(), medial);
-        let mut complex = connected(complex, |c| remesh::merge_strips(c, &thickness, medial));
+        let complex = connected(complex, |c| remesh::merge_strips(c, &thickness, medial));
+        // Where strips have become curves, what hung between them is a fin.
+        let (mut complex, _) = prune::prune(complex, medial);
         for round in 0..KNOT_ROUNDS {
             let again = if round == 0 {
                 fair::fair
