@@ -1,7 +1,7 @@
-//! Import: a CAD file in, one [`Piece`] a solid out.
+//! Import: a CAD or facet file in, one [`Piece`] a solid out.
 //!
 //! STEP, IGES and OpenCASCADE BREP go through one run of the `gmsh` command an attempt: it reads and heals the file, converts the unit to mm,
-//! tessellates every face with six-node triangles and fills the volume with tets; its binary mesh is read here.
+//! tessellates every face with six-node triangles and fills the volume with tets; its binary mesh is read here. STL, OBJ and PLY are read here, see [`facet`].
 //!
 //! Guarantees: every piece is closed, outward oriented and filled, and its facets are exactly the boundary of its tets (see [`piece`]). The result
 //! depends on the file and the options only, not on how many threads this program uses. Nothing is left behind: all files live in a private temporary
@@ -13,6 +13,7 @@
 //! Reference: C. Geuzaine, J.-F. Remacle, "Gmsh: a three-dimensional finite element mesh generator", IJNME 79 (2009), doi:10.1002/nme.2579.
 
 mod error;
+pub mod facet;
 mod gmsh;
 mod header;
 pub mod msh;
@@ -78,12 +79,15 @@ pub struct Imported {
     pub attempts: Vec<String>,
 }
 
-/// Reads a CAD file and fills its solids.
+/// Reads a CAD or facet file and fills its solids.
 ///
 /// # Errors
 /// See [`ImportError`]; each has a remedy.
 pub fn import_cad(path: &Path, options: &ImportOptions) -> Result<Imported, ImportError> {
-    let format = header::look_at(path)?;
+    let format = match header::look_at(path)? {
+        header::Format::Cad(format) => format,
+        header::Format::Facets(format) => return facet::import_facets(path, format, options),
+    };
     let launcher = Launcher::find(options.gmsh.as_deref())?;
     let here = |cause| ImportError::Unreadable {
         path: std::env::temp_dir(),

@@ -1,0 +1,236 @@
+//! Facet input: STL, OBJ and PLY in, solids with faces, curves and tets out.
+//!
+//! Order: read ([`stl`], [`obj`], [`ply`]), weld ([`weld`]), turn outwards, close small holes and part into solids ([`shells`]), find the faces ([`segment`]),
+//! bring the facets to a size that a wall can be filled at ([`remesh`]), fill by gmsh ([`fill`]).
+//!
+//! Guarantees: no bytes make it panic; what is mended is counted in [`Imported::attempts`] where it was more than welding; what is no solid is refused with
+//! the reason, the places and the counts. Limits: facet files name no unit, mm are assumed; faces are as good as the tessellation.
+
+mod assemble;
+mod fill;
+pub mod obj;
+pub mod ply;
+pub mod remesh;
+pub mod segment;
+pub mod shells;
+pub mod soup;
+pub mod stl;
+pub mod weld;
+
+use std::path::Path;
+use std::time::Instant;
+
+use glam::DVec3;
+
+use super::error::{ImportError, MeshFault};
+use super::gmsh::Launcher;
+use super::msh::Msh;
+use super::{ImportOptions, Imported, Piece, piece};
+use fill::{FillFault, Filler, MESHERS};
+use remesh::{Remeshed, Wanted};
+use soup::{ReadError, Soup};
+
+/// A facet format.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FacetFormat {
+    /// STL, ASCII or binary.
+    Stl,
+    /// Wavefront OBJ.
+    Obj,
+    /// PLY, ASCII or binary.
+    Ply,
+}
+
+impl FacetFormat {
+    /// The format with this extension in lower case.
+    pub fn of_extension(extension: &str) -> Option<Self> {
+        match extension {
+            "stl" => Some(Self::Stl),
+            "obj" => Some(Self::Obj),
+            "ply" => Some(Self::Ply),
+            _ => None,
+        }
+    }
+
+    /// Reads the bytes of a whole file.
+    pub fn parse(self, bytes: &[u8]) -> Result<Soup, ReadError> {
+        match self {
+            Self::Stl => stl::parse_stl(bytes),
+            Self::Obj => obj::parse_obj(bytes),
+            Self::Ply => ply::parse_ply(bytes),
+        }
+    }
+}
+
+/// The surface may depart from the file's by this share of the mean thickness: a hundredth of what a wall is measured in.
+const DEVIATION: f64 = 0.01;
+/// Facets that a fill may take at most: more take gmsh over a minute.
+const MOST_FACETS: usize = 300_000;
+
+/// Reads a facet file and fills its solids.
+pub(super) fn import_facets(
+    path: &Path,
+    format: FacetFormat,
+    options: &ImportOptions,
+) -> Result<Imported, ImportError> {
+    let start = Instant::now();
+    let launcher = Launcher::find(options.gmsh.as_deref())?;
+    let bytes = std::fs::read(path).map_err(|cause| ImportError::Unreadable {
+        path: path.to_path_buf(),
+        cause,
+    })?;
+    let soup = format
+        .parse(&bytes)
+        .map_err(|cause| ImportError::BadFacets {
+            path: path.to_path_buf(),
+            cause,
+        })?;
+    drop(bytes);
+    let (welded, _) = weld::weld(&soup);
+    drop(soup);
+    let (solids, mended) =
+        shells::solids(welded).map_err(|cause| ImportError::NotASolid {
+            path: path.to_path_buf(),
+            cause,
+        })?;
+    let folder = tempfile::Builder::new()
+        .prefix("midshell-")
+        .tempdir()
+        .map_err(|cause| ImportError::Unreadable {
+            path: std::env::temp_dir(),
+            cause,
+        })?;
+    let job = Job {
+        path,
+        options,
+        filler: Filler {
+            launcher: &launcher,
+            folder: folder.path(),
+            threads: options.threads.unwrap_or(1),
+            memory_limit: options.memory_limit,
+        },
+        start,
+    };
+    let mut imported = Imported::default();
+    if mended.holes + mended.crumbs > 0 {
+        imported.attempts.push(format!(
+            "the facets as they are: {} small holes closed, {} crumbs left out",
+            mended.holes, mended.crumbs
+        ));
+    }
+    let (mut faces, mut curves) = (0, 0);
+    for (solid, facets) in (1..).zip(&solids) {
+        let piece = job.solid(facets, solid, (&mut faces, &mut curves), &mut imported)?;
+        imported.pieces.push(piece);
+    }
+    Ok(imported)
+}
+
+struct Job<'a> {
+    path: &'a Path,
+    options: &'a ImportOptions,
+    filler: Filler<'a>,
+    start: Instant,
+}
+
+impl Job<'_> {
+    fn solid(
+        &self,
+        facets: &Soup,
+        solid: i32,
+        numbers: (&mut i32, &mut i32),
+        imported: &mut Imported,
+    ) -> Result<Piece, ImportError> {
+        let (surface, size) = sized(facets, self.options.size_factor);
+        let mids: Vec<[DVec3; 3]> = (0..surface.soup.triangles.len())
+            .map(|t| {
+                let [a, b, c] = surface.soup.corners(t);
+                [a.midpoint(b), b.midpoint(c), c.midpoint(a)]
+            })
+            .collect();
+        let mut last = Vec::new();
+        for (name, mesher) in MESHERS {
+            let left = self.options.time_limit.saturating_sub(self.start.elapsed());
+            match self.filler.fill(&surface.soup, size, mesher, left) {
+                Ok((msh, version)) => {
+                    imported.gmsh_version = version;
+                    return self.piece(&surface, &mids, &msh, solid, numbers, imported);
+                }
+                Err(FillFault::TimedOut) => {
+                    imported
+                        .attempts
+                        .push(format!("{name}: stopped, out of time"));
+                    return Err(ImportError::TimedOut {
+                        path: self.path.to_path_buf(),
+                        limit: self.options.time_limit,
+                        attempts: std::mem::take(&mut imported.attempts),
+                    });
+                }
+                Err(FillFault::Unusable(lines)) => {
+                    return Err(ImportError::GmshUnusable {
+                        gmsh: self.filler.launcher.path.clone(),
+                        lines,
+                    });
+                }
+                Err(FillFault::Failed(lines)) => {
+                    imported
+                        .attempts
+                        .push(format!("{name}: {}", lines.join(" | ")));
+                    last = lines;
+                }
+            }
+        }
+        Err(ImportError::GmshFailed {
+            path: self.path.to_path_buf(),
+            attempts: std::mem::take(&mut imported.attempts),
+            lines: last,
+        })
+    }
+
+    fn piece(
+        &self,
+        surface: &Remeshed,
+        mids: &[[DVec3; 3]],
+        filling: &Msh,
+        solid: i32,
+        (faces, curves): (&mut i32, &mut i32),
+        imported: &Imported,
+    ) -> Result<Piece, ImportError> {
+        let bad = |cause| ImportError::BadMesh {
+            path: self.path.to_path_buf(),
+            cause: MeshFault::Piece(cause),
+            attempts: imported.attempts.clone(),
+        };
+        let whole = assemble::assemble(surface, mids, filling, solid, faces, curves)
+            .ok_or_else(|| bad(piece::PieceError::NotFilled { solid }))?;
+        let pieces = piece::build_pieces(&whole).map_err(bad)?;
+        pieces
+            .into_iter()
+            .next()
+            .ok_or_else(|| bad(piece::PieceError::NoVolume))
+    }
+}
+
+/// Facets of the wanted size with their faces, and the size of the tets. The sizes are those of the CAD import.
+pub fn sized(facets: &Soup, size_factor: f64) -> (Remeshed, f64) {
+    let (mut area, mut volume) = (0.0, 0.0);
+    let (low, high) = weld::extent(&facets.points);
+    for t in 0..facets.triangles.len() {
+        let [a, b, c] = facets.corners(t).map(|p| p - low);
+        area += (b - a).cross(c - a).length() / 2.0;
+        volume += a.dot(b.cross(c)) / 6.0;
+    }
+    let diagonal = (high - low).length();
+    let thickness = 2.0 * volume / area.max(f64::MIN_POSITIVE);
+    let size = size_factor
+        * (3.0 * thickness)
+            .max(diagonal / 200.0)
+            .max((8.0 * thickness).min(diagonal / 50.0));
+    let faces = segment::segment(facets, thickness);
+    let wanted = Wanted {
+        length: vec![size; faces.regions],
+        deviation: DEVIATION * thickness,
+        most: MOST_FACETS,
+    };
+    (remesh::remesh(facets, &faces, &wanted), size)
+}
