@@ -214,14 +214,20 @@ fn part(soup: &Soup, run: &[Use]) -> (Vec<[u32; 2]>, Vec<Use>) {
         })
         .collect();
     round.sort_by(|p, q| p.0.total_cmp(&q.0).then(p.1.cmp(&q.1)));
+    // Like brackets: what is nested in another pair is taken first. Twice round, since a pair may lie across the beginning.
     let n = round.len();
     let mut used = vec![false; n];
+    let mut down: Vec<usize> = Vec::new();
     let mut pairs = Vec::new();
-    for k in 0..n {
-        let next = (k + 1) % n;
-        if !round[k].1.3 && round[next].1.3 && !used[k] && !used[next] {
-            (used[k], used[next]) = (true, true);
-            pairs.push([round[k].1.2, round[next].1.2]);
+    for k in (0..n).chain(0..n) {
+        if used[k] || down.contains(&k) {
+            continue;
+        }
+        if !round[k].1.3 {
+            down.push(k);
+        } else if let Some(before) = down.pop() {
+            (used[before], used[k]) = (true, true);
+            pairs.push([round[before].1.2, round[k].1.2]);
         }
     }
     let left = (0..n).filter(|&k| !used[k]).map(|k| round[k].1).collect();
