@@ -88,11 +88,10 @@ pub(super) fn import_facets(
     drop(bytes);
     let (welded, _) = weld::weld(&soup);
     drop(soup);
-    let (solids, mended) =
-        shells::solids(welded).map_err(|cause| ImportError::NotASolid {
-            path: path.to_path_buf(),
-            cause,
-        })?;
+    let (solids, mended) = shells::solids(welded).map_err(|cause| ImportError::NotASolid {
+        path: path.to_path_buf(),
+        cause,
+    })?;
     let folder = tempfile::Builder::new()
         .prefix("midshell-")
         .tempdir()
@@ -234,3 +233,8 @@ pub fn sized(facets: &Soup, size_factor: f64) -> (Remeshed, f64) {
     };
     (remesh::remesh(facets, &faces, &wanted), size)
 }
+
+#[cfg(test)]
+mod reader_tests;
+#[cfg(test)]
+mod tests;

@@ -142,9 +142,10 @@ impl<'a> Reader<'a> {
     fn header_line(&mut self) -> Result<&'a str, ReadError> {
         let rest = &self.bytes[self.at..];
         self.line += 1;
-        let end = rest.iter().position(|&b| b == b'\n').ok_or_else(|| {
-            ReadError::line(self.line, ReadErrorKind::Truncated("the header"))
-        })?;
+        let end = rest
+            .iter()
+            .position(|&b| b == b'\n')
+            .ok_or_else(|| ReadError::line(self.line, ReadErrorKind::Truncated("the header")))?;
         self.at += end + 1;
         std::str::from_utf8(rest[..end].trim_ascii())
             .map_err(|_| ReadError::line(self.line, ReadErrorKind::Header("is no text")))
@@ -202,6 +203,8 @@ impl<'a> Reader<'a> {
         }
         self.encoding = encoding
             .ok_or_else(|| ReadError::line(self.line, ReadErrorKind::Header("names no format")))?;
+        // The data begin on the next line.
+        self.line += 1;
         Ok(elements)
     }
 

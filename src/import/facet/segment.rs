@@ -143,7 +143,13 @@ fn normals(soup: &Soup, beyond: &[[u32; 3]]) -> (Vec<DVec3>, Vec<f64>) {
             let other = |j: usize| beyond[at][j] as usize != from;
             k = (0..3)
                 .filter(|&j| other(j))
-                .fold(3, |m, j| if m == 3 || lengths[j] > lengths[m] { j } else { m })
+                .fold(3, |m, j| {
+                    if m == 3 || lengths[j] > lengths[m] {
+                        j
+                    } else {
+                        m
+                    }
+                })
                 .min(2);
         }
     }
@@ -324,8 +330,7 @@ impl Work<'_> {
     /// Cuts regions that hold both sides of a wall.
     fn cut_self_seeing(&self, region: Vec<u32>) -> Vec<u32> {
         let (mut region, count) = self.connected(&region);
-        let triangles: Vec<[DVec3; 3]> =
-            (0..region.len()).map(|t| self.soup.corners(t)).collect();
+        let triangles: Vec<[DVec3; 3]> = (0..region.len()).map(|t| self.soup.corners(t)).collect();
         let bvh = TriangleBvh::new(&triangles);
         let mut members: Vec<Vec<usize>> = vec![Vec::new(); count];
         for (t, &r) in region.iter().enumerate() {

@@ -29,7 +29,10 @@ const PLACES: usize = 4;
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum ShellFault {
     /// Holes too large to be closed by guess.
-    #[error("{count} open borders are too long to be closed, {length:.3} in all; they pass {}", shown(places))]
+    #[error(
+        "{count} open borders are too long to be closed, {length:.3} in all; they pass {}",
+        shown(places)
+    )]
     Open {
         /// How many borders.
         count: usize,
@@ -39,7 +42,10 @@ pub enum ShellFault {
         places: Vec<DVec3>,
     },
     /// A one-sided surface, such as a Moebius strip.
-    #[error("the facets cannot all be turned outwards: {count} sides disagree, at {}", shown(places))]
+    #[error(
+        "the facets cannot all be turned outwards: {count} sides disagree, at {}",
+        shown(places)
+    )]
     NotOrientable {
         /// How many sides.
         count: usize,
@@ -50,7 +56,10 @@ pub enum ShellFault {
     #[error("the facets enclose no volume")]
     NoVolume,
     /// Bodies that cut each other.
-    #[error("{count} pairs of closed bodies cut through each other, one of them at {}", shown(places))]
+    #[error(
+        "{count} pairs of closed bodies cut through each other, one of them at {}",
+        shown(places)
+    )]
     Overlap {
         /// How many pairs.
         count: usize,
@@ -406,11 +415,7 @@ fn shells(soup: &Soup, mended: &mut Mended) -> Vec<Shell> {
 }
 
 /// Sorts shells into solids with their voids.
-fn nest(
-    soup: &Soup,
-    shells: Vec<Shell>,
-    mended: &mut Mended,
-) -> Result<Vec<Soup>, ShellFault> {
+fn nest(soup: &Soup, shells: Vec<Shell>, mended: &mut Mended) -> Result<Vec<Soup>, ShellFault> {
     let n = shells.len();
     let corners = |s: &Shell| -> Vec<[DVec3; 3]> {
         s.triangles
@@ -478,17 +483,19 @@ fn nest(
         } else {
             None
         };
-        solids.push((host.unwrap_or(i), Soup {
-            points: Vec::new(),
-            triangles: own.collect(),
-        }));
+        solids.push((
+            host.unwrap_or(i),
+            Soup {
+                points: Vec::new(),
+                triangles: own.collect(),
+            },
+        ));
     }
     solids.sort_by_key(|s| s.0);
     Ok(solids
         .chunk_by(|a, b| a.0 == b.0)
         .map(|run| {
-            let triangles: Vec<[u32; 3]> =
-                run.iter().flat_map(|s| s.1.triangles.clone()).collect();
+            let triangles: Vec<[u32; 3]> = run.iter().flat_map(|s| s.1.triangles.clone()).collect();
             compact(&soup.points, triangles)
         })
         .collect())

@@ -121,9 +121,7 @@ fn ascii(bytes: &[u8]) -> Result<Soup, ReadError> {
                         .next()
                         .and_then(|w| std::str::from_utf8(w).ok())
                         .ok_or_else(|| expected("a coordinate"))?;
-                    *x = word
-                        .parse::<f64>()
-                        .map_err(|_| expected("a coordinate"))?;
+                    *x = word.parse::<f64>().map_err(|_| expected("a coordinate"))?;
                 }
                 let point = DVec3::from_array(at);
                 if !point.is_finite() {

@@ -65,7 +65,10 @@ pub(super) fn open_sides(soup: &Soup) -> usize {
         .flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]].map(|[p, q]| [p.min(q), p.max(q)]))
         .collect();
     sides.sort_unstable();
-    sides.chunk_by(|a, b| a == b).filter(|r| r.len() == 1).count()
+    sides
+        .chunk_by(|a, b| a == b)
+        .filter(|r| r.len() == 1)
+        .count()
 }
 
 fn merge_equal(soup: &Soup) -> Soup {
