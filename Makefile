@@ -18,7 +18,7 @@ demo: .venv/.run-ready
 
 test: .venv/.test-ready
 	tools/with-tools.sh cargo test --locked --no-fail-fast --lib --bins \
-		--test architecture --test bad_input --test cli --test import
+		--test architecture --test attempts --test bad_input --test bad_solids --test cli --test import
 	tools/with-tools.sh cargo test --locked --no-fail-fast --test export
 	tools/with-tools.sh cargo test --locked --no-fail-fast --test fixtures -- solid:: ideal:: defect:: mesh:: $(addprefix --skip ,$(UNMET))
 
@@ -29,7 +29,7 @@ fixtures: .venv/.test-ready
 check:
 	.ci/run
 
-.venv/.run-ready: tools/setup.sh tools/requirements-run.txt
+.venv/.run-ready: tools/setup.sh tools/requirements-run.txt tools/requirements-optional.txt
 	tools/setup.sh run
 
 .venv/.test-ready: .venv/.run-ready tests/python/requirements.txt

@@ -4,8 +4,9 @@
 //! Limits: only what shows without meshing a part; a gmsh that starts may still fail on a file.
 
 use crate::import::find_gmsh;
+use crate::import::tetwild::{self, find_tetwild};
 use serde::Serialize;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// The oldest gmsh whose MSH 4.1 and HXT mesher we rely on, as (major, minor).
 const OLDEST_GMSH: (u32, u32) = (4, 11);
@@ -21,6 +22,8 @@ pub struct Finding {
     pub found: String,
     /// The command or deed that mends it; none where all is well.
     pub remedy: Option<String>,
+    /// Whether the program does without it, and only refuses what it would be needed for.
+    pub optional: bool,
 }
 
 impl Finding {
@@ -29,6 +32,7 @@ impl Finding {
             what: what.into(),
             found,
             remedy: None,
+            optional: false,
         }
     }
     fn ill(what: &str, found: String, remedy: &str) -> Self {
@@ -36,6 +40,7 @@ impl Finding {
             what: what.into(),
             found,
             remedy: Some(remedy.into()),
+            optional: false,
         }
     }
 }
@@ -47,6 +52,7 @@ pub fn examine(gmsh: Option<&Path>) -> Vec<Finding> {
         format!("{}, {}", env!("CARGO_PKG_VERSION"), std::env::consts::ARCH),
     )];
     findings.extend(examine_gmsh(gmsh));
+    findings.push(examine_tetwild(named_or_found(gmsh).as_deref()));
     findings.push(examine_temporary_folder());
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
     findings.push(Finding::well("cores", cores.to_string()));
@@ -60,6 +66,29 @@ fn examine_gmsh(named: Option<&Path>) -> Vec<Finding> {
     };
     let place = Finding::well("gmsh", gmsh.path.display().to_string());
     vec![place, examine_version(&gmsh.version)]
+}
+
+fn named_or_found(named: Option<&Path>) -> Option<PathBuf> {
+    find_gmsh(named).ok().map(|g| g.path)
+}
+
+/// The optional mesher for parts that gmsh cannot fill: where it is missing, the program works, but refuses such parts.
+fn examine_tetwild(gmsh: Option<&Path>) -> Finding {
+    let what = "fTetWild";
+    let finding = match find_tetwild(gmsh) {
+        Ok(t) => Finding::well(
+            what,
+            format!("pytetwild {}, {}", t.version, t.python.display()),
+        ),
+        Err(error) => {
+            let found = format!("{error}: parts that gmsh cannot fill will be refused");
+            Finding::ill(what, found, tetwild::INSTALL)
+        }
+    };
+    Finding {
+        optional: true,
+        ..finding
+    }
 }
 
 fn examine_version(text: &str) -> Finding {
@@ -106,7 +135,10 @@ mod tests {
     #[test]
     fn a_missing_gmsh_is_found_out_and_mended() {
         let findings = examine(Some(Path::new("/nonexistent/gmsh")));
-        let ill: Vec<&Finding> = findings.iter().filter(|f| f.remedy.is_some()).collect();
+        let ill: Vec<&Finding> = findings
+            .iter()
+            .filter(|f| f.remedy.is_some() && !f.optional)
+            .collect();
         assert_eq!(ill.len(), 1, "{findings:?}");
         assert!(ill[0].found.contains("/nonexistent/gmsh"));
         assert!(ill[0].remedy.as_ref().unwrap().contains("pip install gmsh"));

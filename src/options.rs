@@ -7,8 +7,9 @@ use crate::model::element_shape::{ElementShape, UnknownShape};
 use std::path::PathBuf;
 use std::time::Duration;
 
-/// Longest that gmsh may take over all its attempts. Parts that it can fill take seconds; one that takes longer than this seldom ends at all.
-const TIME_LIMIT: Duration = Duration::from_secs(60);
+/// Longest that import may take over all its attempts. Parts that gmsh can fill take seconds; fTetWild, the last resort, takes up to half a minute
+/// after gmsh has given up.
+const TIME_LIMIT: Duration = Duration::from_secs(90);
 
 /// The choices of one run.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
@@ -21,7 +22,7 @@ pub struct MeshOptions {
     pub element: ElementShape,
     /// The gmsh command. None: the importer looks for one.
     pub gmsh: Option<PathBuf>,
-    /// Longest that gmsh may take over all its attempts.
+    /// Longest that import may take over all its attempts.
     pub time_limit: Duration,
     /// A folder for the result of every stage, to look into a run that went wrong. None: nothing is kept.
     pub dump: Option<PathBuf>,

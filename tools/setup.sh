@@ -37,6 +37,8 @@ pip_install() { "$venv/bin/python3" -m pip install --quiet --disable-pip-version
 setup_run() {
     setup_venv
     pip_install -r tools/requirements-run.txt
+    pip_install --only-binary :all: -r tools/requirements-optional.txt ||
+        say "there is no pytetwild for this Python: parts that gmsh cannot fill will be refused"
     # The wheel's own script starts whatever `python` is on the PATH, which outside the environment is another one or none.
     python=$(pwd)/$venv/bin/python3
     script=$venv/bin/gmsh

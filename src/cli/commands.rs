@@ -167,7 +167,11 @@ fn examine(args: &DoctorArgs) -> Result<ExitClass, Complaint> {
     let width = findings.iter().map(|f| f.what.len()).max().unwrap_or(0);
     let mut text = String::new();
     for finding in &findings {
-        let mark = if finding.remedy.is_none() { "ok" } else { "!!" };
+        let mark = match (&finding.remedy, finding.optional) {
+            (None, _) => "ok",
+            (Some(_), true) => "--",
+            (Some(_), false) => "!!",
+        };
         text.push_str(&format!(
             "{mark}  {:<width$}  {}\n",
             finding.what, finding.found
@@ -177,11 +181,13 @@ fn examine(args: &DoctorArgs) -> Result<ExitClass, Complaint> {
         }
     }
     console::result(&text)?;
-    Ok(if findings.iter().all(|f| f.remedy.is_none()) {
-        ExitClass::Right
-    } else {
-        ExitClass::ToolFailed
-    })
+    Ok(
+        if findings.iter().all(|f| f.remedy.is_none() || f.optional) {
+            ExitClass::Right
+        } else {
+            ExitClass::ToolFailed
+        },
+    )
 }
 
 /// Runs `work` in a pool of the size that the user asked for.

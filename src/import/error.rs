@@ -7,6 +7,10 @@ use super::facet::shells::ShellFault;
 use super::facet::soup::ReadError;
 use super::msh::MshError;
 use super::piece::PieceError;
+use super::tetwild::{self, TetWildError};
+
+/// What an attempt says where the last resort is not installed.
+pub(super) const NO_TETWILD: &str = "no Python with pytetwild";
 
 /// Why a file could not be imported. [`ImportError::remedy`] says what to do.
 #[derive(Debug, thiserror::Error)]
@@ -109,8 +113,8 @@ pub enum ImportError {
         /// The last lines of error that gmsh wrote.
         lines: Vec<String>,
     },
-    /// The time limit over all attempts ran out; gmsh was killed.
-    #[error("gmsh was stopped after {:.0} s on {}", limit.as_secs_f64(), path.display())]
+    /// The time limit over all attempts ran out; what ran was killed.
+    #[error("{} could not be meshed within {:.0} s ({})", path.display(), limit.as_secs_f64(), attempts.join("; "))]
     TimedOut {
         /// The input.
         path: PathBuf,
@@ -140,6 +144,23 @@ pub enum MeshFault {
     /// The elements do not make a closed, filled solid.
     #[error(transparent)]
     Piece(#[from] PieceError),
+    /// The elements do not have the volume of the solid.
+    #[error("the mesh of solid {solid} has {:.1} % of its volume", 100.0 * share)]
+    Volume {
+        /// The solid's number in the file.
+        solid: i32,
+        /// Volume of the mesh over that of the solid.
+        share: f64,
+    },
+    /// The surface mesh has no facet, or too many for fTetWild.
+    #[error("{facets} facets are none or too many to fill")]
+    Surface {
+        /// How many.
+        facets: usize,
+    },
+    /// FTetWild gave no filling.
+    #[error(transparent)]
+    TetWild(#[from] TetWildError),
 }
 
 fn named(extension: &str) -> String {
@@ -209,12 +230,20 @@ impl ImportError {
                         .to_owned()
                 }
             }
+            Self::GmshFailed { attempts, .. } | Self::BadMesh { attempts, .. }
+                if attempts.iter().any(|a| a.contains(NO_TETWILD)) =>
+            {
+                format!(
+                    "Install the more robust mesher that is tried last: {}; or heal the part in the CAD system: faces that overlap, touch or are slivers are the usual cause.",
+                    tetwild::INSTALL
+                )
+            }
             Self::GmshFailed { .. } | Self::BadMesh { .. } => {
                 "Faces that overlap, touch or are slivers are the usual cause: heal the part in the CAD system, or try another size factor."
                     .to_owned()
             }
             Self::TimedOut { .. } => {
-                "Give it a longer time limit or a larger size factor, or take small features off the part."
+                "Give it a longer time limit, or take small features off the part; very long and slender curved faces take the longest."
                     .to_owned()
             }
         }

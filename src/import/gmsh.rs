@@ -4,17 +4,17 @@
 //! module, which loads a shared library; started as it stands it needs the right Python on `PATH` and spends most of its start on
 //! NumPy. It is therefore replaced by a short programme for the Python beside it, without NumPy (0.06 s in place of 0.27 s).
 //!
-//! Guarantees: the user's own gmsh options are not read; the process is killed, with all that it started, when the time is over.
-//! Limits: the memory limit, the limit on processor time and the killing of what gmsh itself started need a Unix.
+//! Guarantees: the user's own gmsh options are not read.
 
 use std::env;
 use std::fs::File;
 use std::io::Read;
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command, ExitStatus, Stdio};
-use std::time::{Duration, Instant};
+use std::process::Command;
+use std::time::Duration;
 
 use super::error::ImportError;
+use super::process::{self, Ended, Limits, Run};
 
 /// Starts the wheel's library without NumPy and without the user's options; on Linux it ends with its parent.
 const BOOTSTRAP: &str = "\
@@ -64,7 +64,14 @@ pub fn find_gmsh(explicit: Option<&Path>) -> Result<Gmsh, ImportError> {
         lines,
     };
     let run = launcher
-        .run(folder.path(), &["--version"], VERSION_LIMIT, None)
+        .run(
+            folder.path(),
+            &["--version"],
+            Limits {
+                time: VERSION_LIMIT,
+                memory: None,
+            },
+        )
         .map_err(|cause| unusable(vec![cause.to_string()]))?;
     let version = run.log.lines().map(str::trim).rfind(|l| is_version(l));
     match (run.ended, version) {
@@ -89,33 +96,6 @@ fn is_version(text: &str) -> bool {
 pub(super) struct Launcher {
     pub(super) path: PathBuf,
     python: Option<PathBuf>,
-}
-
-/// How a run ended.
-#[derive(Clone, Copy, Debug)]
-pub(super) enum Ended {
-    Exit(ExitStatus),
-    TimedOut,
-}
-
-/// A run that ended: how, and all that it wrote.
-#[derive(Debug)]
-pub(super) struct Run {
-    pub(super) ended: Ended,
-    pub(super) log: String,
-}
-
-impl Run {
-    /// What is to be said of a run that failed: its last lines of error, and how it ended where they do not tell.
-    pub(super) fn last_words(&self) -> Vec<String> {
-        let mut lines = error_lines(&self.log);
-        if let Ended::Exit(status) = self.ended
-            && (status.code().is_none() || lines.is_empty())
-        {
-            lines.push(format!("it ended with {status}"));
-        }
-        lines
-    }
 }
 
 impl Launcher {
@@ -161,106 +141,31 @@ impl Launcher {
         }
     }
 
-    fn command(&self, seconds: u64, memory_bytes: Option<u64>) -> Command {
-        let mut command = if cfg!(unix) {
-            // No core dump, and an end even where this process dies without killing its child.
-            let mut limits = format!("ulimit -c 0; ulimit -t {seconds};");
-            if let Some(bytes) = memory_bytes {
-                limits += &format!("ulimit -v {};", bytes / 1024);
-            }
-            let mut shell = Command::new("/bin/sh");
-            shell
-                .arg("-c")
-                .arg(limits + "exec \"$@\"")
-                .arg("sh")
-                .arg(self.program());
-            shell
-        } else {
-            Command::new(self.program())
-        };
-        command.args(self.first_arguments());
-        command
-    }
-
     /// Runs gmsh in `folder`; what it writes goes through `folder/gmsh.log`.
     pub(super) fn run(
         &self,
         folder: &Path,
         arguments: &[&str],
-        limit: Duration,
-        memory_bytes: Option<u64>,
+        limits: Limits,
     ) -> std::io::Result<Run> {
-        let log_path = folder.join("gmsh.log");
-        let log = File::create(&log_path)?;
-        // Processor time of a few threads may run ahead of the clock: this is a last resort, not the limit.
-        let mut command = self.command(4 * limit.as_secs() + 60, memory_bytes);
-        command
-            .args(arguments)
-            .current_dir(folder)
-            .env("GMSH_HOME", folder)
-            .env("PYTHONDONTWRITEBYTECODE", "1")
-            .stdin(Stdio::null())
-            .stdout(log.try_clone()?)
-            .stderr(log);
-        #[cfg(unix)]
-        std::os::unix::process::CommandExt::process_group(&mut command, 0);
-        let mut child = KilledOnDrop(command.spawn()?);
-        let ended = child.wait(limit)?;
-        drop(child);
-        let mut bytes = Vec::new();
-        File::open(&log_path)?.read_to_end(&mut bytes)?;
-        Ok(Run {
-            ended,
-            log: String::from_utf8_lossy(&bytes).into_owned(),
-        })
+        let all = [self.first_arguments(), arguments].concat();
+        let environment = [("GMSH_HOME", folder)];
+        process::run(
+            self.program(),
+            &all,
+            &environment,
+            folder,
+            "gmsh.log",
+            limits,
+        )
     }
 }
 
-/// A child that does not outlive this value.
-struct KilledOnDrop(Child);
-
-impl KilledOnDrop {
-    fn wait(&mut self, limit: Duration) -> std::io::Result<Ended> {
-        let start = Instant::now();
-        let mut pause = Duration::from_millis(2);
-        loop {
-            if let Some(status) = self.0.try_wait()? {
-                return Ok(Ended::Exit(status));
-            }
-            let left = limit.saturating_sub(start.elapsed());
-            if left.is_zero() {
-                return Ok(Ended::TimedOut);
-            }
-            std::thread::sleep(pause.min(left));
-            pause = (pause * 2).min(Duration::from_millis(20));
-        }
-    }
-}
-
-impl Drop for KilledOnDrop {
-    fn drop(&mut self) {
-        if matches!(self.0.try_wait(), Ok(Some(_))) {
-            return;
-        }
-        // The group first: a wrapper script's own children would live on otherwise.
-        if cfg!(unix) {
-            let _ = Command::new("/bin/sh")
-                .arg("-c")
-                .arg("kill -s KILL -- -\"$1\" 2>/dev/null")
-                .arg("sh")
-                .arg(self.0.id().to_string())
-                .status();
-        }
-        let _ = self.0.kill();
-        let _ = self.0.wait();
-    }
-}
-
-fn absolute(path: &Path) -> PathBuf {
+pub(super) fn absolute(path: &Path) -> PathBuf {
     std::path::absolute(path).unwrap_or_else(|_| path.to_path_buf())
 }
 
-fn on_path(name: &str) -> Option<PathBuf> {
+pub(super) fn on_path(name: &str) -> Option<PathBuf> {
     let path = env::var_os("PATH")?;
     env::split_paths(&path)
         .map(|folder| folder.join(name))
@@ -318,10 +223,24 @@ pub(super) fn error_lines(log: &str) -> Vec<String> {
         "alloc",
         "shared",
     ];
+    // What gmsh says around its errors: the traceback of its Python module, and a summary that only counts them.
+    let tells_nothing = |line: &str| {
+        let text = line
+            .trim_start_matches("Error")
+            .trim_start_matches([' ', ':']);
+        let counts = ["warning", "warnings", "error", "errors"];
+        let mut words = text.split_whitespace();
+        line.contains("logger.getLastError")
+            || text.starts_with("----")
+            || text.contains("full log for details")
+            || text.ends_with("error summary")
+            || (words.next().is_some_and(|w| w.parse::<u32>().is_ok())
+                && words.next().is_some_and(|w| counts.contains(&w)))
+    };
     let lines: Vec<&str> = log
         .lines()
         .map(str::trim)
-        .filter(|l| !l.is_empty() && !l.contains("logger.getLastError"))
+        .filter(|l| !l.is_empty() && !tells_nothing(l))
         .collect();
     let mut chosen: Vec<&str> = lines
         .iter()
@@ -342,6 +261,7 @@ pub(super) fn error_lines(log: &str) -> Vec<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::time::Instant;
 
     #[test]
     fn the_version_is_read_from_the_first_line_of_a_log() {
@@ -358,6 +278,8 @@ mod tests {
             error_lines(log),
             ["Error   : HXT 3D mesh failed", "PLC Error:  A segment"]
         );
+        let summary = "Error   : PLC\nError   : Mesh generation error summary\nError   : -----\nError   :     1 error\nError   : Check the full log for details\n";
+        assert_eq!(error_lines(summary), ["Error   : PLC"]);
         assert_eq!(
             error_lines("1\n2\n3\n4\n5\n6\n").len(),
             4,
@@ -391,7 +313,14 @@ mod tests {
         );
         let start = Instant::now();
         let run = Launcher::of(path)
-            .run(folder.path(), &[], Duration::from_millis(300), None)
+            .run(
+                folder.path(),
+                &[],
+                Limits {
+                    time: Duration::from_millis(300),
+                    memory: None,
+                },
+            )
             .unwrap();
         assert!(matches!(run.ended, Ended::TimedOut));
         let child: u32 = run

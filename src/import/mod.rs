@@ -16,21 +16,30 @@ mod error;
 pub mod facet;
 mod gmsh;
 mod header;
+mod last_resort;
 pub mod msh;
 pub mod piece;
+mod pinch;
+mod process;
+mod relabel;
 mod script;
+mod skin;
+pub mod tetwild;
 
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 pub use error::{ImportError, MeshFault};
 pub use gmsh::{Gmsh, find_gmsh};
+pub use tetwild::TetWildError;
 
+use crate::geom::six_node::QuadraticTriangle;
 use crate::model::brep::Brep;
 use crate::model::tets::Tets;
-use gmsh::{Ended, Launcher, Run};
+use gmsh::Launcher;
 use piece::PieceError;
-use script::{ATTEMPTS, Attempt, Facts};
+use process::{Ended, Limits, Run};
+use script::{ATTEMPTS, Attempt, Facts, SolidFacts};
 
 /// One solid: its boundary and the tets that fill it.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -40,6 +49,9 @@ pub struct Piece {
     /// The filling.
     pub tets: Tets,
 }
+
+/// Address space for one child, bytes. The largest of our real parts need 1 GB; a runaway must not take the machine with it.
+const MEMORY_LIMIT: u64 = 16 << 30;
 
 /// How to import.
 #[derive(Clone, Debug, PartialEq)]
@@ -52,7 +64,7 @@ pub struct ImportOptions {
     pub time_limit: Duration,
     /// Threads of gmsh. More than one is faster, but the mesh depends on their number; one where none is given.
     pub threads: Option<usize>,
-    /// Address space of gmsh, bytes (Unix only); unlimited where none is given.
+    /// Address space of each child, bytes (Unix only); unlimited where none is given.
     pub memory_limit: Option<u64>,
 }
 
@@ -61,9 +73,9 @@ impl Default for ImportOptions {
         Self {
             gmsh: None,
             size_factor: 1.0,
-            time_limit: Duration::from_secs(60),
+            time_limit: Duration::from_secs(90),
             threads: None,
-            memory_limit: None,
+            memory_limit: Some(MEMORY_LIMIT),
         }
     }
 }
@@ -75,6 +87,8 @@ pub struct Imported {
     pub pieces: Vec<Piece>,
     /// The version of the gmsh that made them.
     pub gmsh_version: String,
+    /// The way that led to success, in words.
+    pub way: String,
     /// What was tried before in vain, and why it failed, in order; empty where the first attempt went well.
     pub attempts: Vec<String>,
 }
@@ -84,9 +98,21 @@ pub struct Imported {
 /// # Errors
 /// See [`ImportError`]; each has a remedy.
 pub fn import_cad(path: &Path, options: &ImportOptions) -> Result<Imported, ImportError> {
+    import_cad_told(path, options, &mut |_| {})
+}
+
+/// As [`import_cad`], and tells of every attempt, one line as it begins and one with the reason where it fails.
+///
+/// # Errors
+/// See [`ImportError`]; each has a remedy.
+pub fn import_cad_told(
+    path: &Path,
+    options: &ImportOptions,
+    tell: &mut dyn FnMut(&str),
+) -> Result<Imported, ImportError> {
     let format = match header::look_at(path)? {
         header::Format::Cad(format) => format,
-        header::Format::Facets(format) => return facet::import_facets(path, format, options),
+        header::Format::Facets(format) => return facet::import_facets(path, format, options, tell),
     };
     let launcher = Launcher::find(options.gmsh.as_deref())?;
     let here = |cause| ImportError::Unreadable {
@@ -105,14 +131,38 @@ pub fn import_cad(path: &Path, options: &ImportOptions) -> Result<Imported, Impo
         folder: folder.path(),
     };
     job.bring_input()?;
-    job.run()
+    job.run(tell)
 }
 
 /// How an attempt failed.
 enum Failure {
     Gmsh { log: String, reason: String },
     Mesh { fault: MeshFault, log: String },
+    Time { log: String },
 }
+
+impl Failure {
+    fn log(&self) -> &str {
+        match self {
+            Self::Gmsh { log, .. } | Self::Mesh { log, .. } | Self::Time { log } => log,
+        }
+    }
+
+    fn reason(&self) -> String {
+        match self {
+            Self::Gmsh { reason, .. } => reason.clone(),
+            Self::Mesh { fault, .. } => fault.to_string(),
+            Self::Time { .. } => "out of time".to_owned(),
+        }
+    }
+}
+
+/// Share of the time limit that one run of gmsh may take. Real parts that HXT fills at all take a few seconds of the 90.
+const ATTEMPT_SHARE: f64 = 0.4;
+/// Share of the time limit that all runs of gmsh may take; the rest is for fTetWild, which takes 10 to 30 s.
+const GMSH_SHARE: f64 = 0.5;
+/// Most that the volume of a mesh may differ from the solid's: six-node facets are better than that by far.
+const VOLUME_TOLERANCE: f64 = 0.005;
 
 struct Job<'a> {
     path: &'a Path,
@@ -143,19 +193,25 @@ impl Job<'_> {
         Ok(())
     }
 
-    fn run(&self) -> Result<Imported, ImportError> {
+    fn run(&self, tell: &mut dyn FnMut(&str)) -> Result<Imported, ImportError> {
+        let limit = self.options.time_limit;
         let start = Instant::now();
         let mut attempts: Vec<String> = Vec::new();
         let mut facts = Facts::default();
         let mut last: Option<Failure> = None;
         for attempt in &ATTEMPTS {
-            if let Some(Failure::Gmsh { log, .. } | Failure::Mesh { log, .. }) = &last
-                && !attempt.is_worth_it(log, facts)
+            let out_of_time = matches!(last, Some(Failure::Time { .. }));
+            if let Some(failure) = &last
+                && !attempt.is_worth_it(failure.log(), out_of_time, facts)
             {
                 continue;
             }
-            let left = self.options.time_limit.saturating_sub(start.elapsed());
-            let run = self.start(attempt, facts, left)?;
+            let left = limit.mul_f64(GMSH_SHARE).saturating_sub(start.elapsed());
+            if left.is_zero() {
+                break;
+            }
+            tell(attempt.name);
+            let run = self.start(attempt, facts, left.min(limit.mul_f64(ATTEMPT_SHARE)))?;
             let version = gmsh::version_in(&run.log);
             if version.is_none() && !matches!(run.ended, Ended::TimedOut) {
                 return Err(ImportError::GmshUnusable {
@@ -168,17 +224,16 @@ impl Job<'_> {
                 if found.solids > 0 || last.is_none() {
                     facts = found;
                 }
-            } else if let Ended::Exit(_) = run.ended
-                && last.is_none()
-            {
-                return Err(self.not_read(&run.log));
-            }
-            if matches!(run.ended, Ended::TimedOut) {
-                attempts.push(format!("{}: stopped, out of time", attempt.name));
-                return Err(ImportError::TimedOut {
-                    path: self.path.to_path_buf(),
-                    limit: self.options.time_limit,
-                    attempts,
+            } else if last.is_none() {
+                return Err(match run.ended {
+                    Ended::Exit(_) => self.not_read(&run.log),
+                    Ended::TimedOut => {
+                        attempts.push(format!(
+                            "{}: out of time before the file was read",
+                            attempt.name
+                        ));
+                        self.out_of_time(attempts)
+                    }
                 });
             }
             match self.read(run) {
@@ -186,20 +241,34 @@ impl Job<'_> {
                     return Ok(Imported {
                         pieces,
                         gmsh_version: version.unwrap_or_default(),
+                        way: attempt.name.to_owned(),
                         attempts,
                     });
                 }
                 Err(failure) => {
-                    let reason = match &failure {
-                        Failure::Gmsh { reason, .. } => reason.clone(),
-                        Failure::Mesh { fault, .. } => fault.to_string(),
-                    };
-                    attempts.push(format!("{}: {reason}", attempt.name));
+                    let line = format!("{}: {}", attempt.name, failure.reason());
+                    tell(&line);
+                    attempts.push(line);
                     last = Some(failure);
                 }
             }
         }
+        if facts.solids > 0 && !facts.is_open() {
+            let deadline = start + limit;
+            if let Some(imported) = last_resort::try_it(self, facts, deadline, &mut attempts, tell)?
+            {
+                return Ok(imported);
+            }
+        }
         Err(self.give_up(facts, last, attempts))
+    }
+
+    fn out_of_time(&self, attempts: Vec<String>) -> ImportError {
+        ImportError::TimedOut {
+            path: self.path.to_path_buf(),
+            limit: self.options.time_limit,
+            attempts,
+        }
     }
 
     fn start(&self, attempt: &Attempt, facts: Facts, left: Duration) -> Result<Run, ImportError> {
@@ -223,8 +292,10 @@ impl Job<'_> {
             .run(
                 self.folder,
                 &[script::SCRIPT, "-nt", &threads, "-"],
-                left,
-                self.options.memory_limit,
+                Limits {
+                    time: left,
+                    memory: self.options.memory_limit,
+                },
             )
             .map_err(|cause| ImportError::GmshUnusable {
                 gmsh: self.launcher.path.clone(),
@@ -236,8 +307,7 @@ impl Job<'_> {
         let Run { ended, log } = run;
         let bytes = std::fs::read(self.folder.join(script::MESH));
         let Ended::Exit(status) = ended else {
-            let reason = "out of time".to_owned();
-            return Err(Failure::Gmsh { log, reason });
+            return Err(Failure::Time { log });
         };
         let bytes = match bytes {
             Ok(bytes) if status.success() => bytes,
@@ -254,6 +324,11 @@ impl Job<'_> {
         msh::Msh::parse(&bytes)
             .map_err(MeshFault::from)
             .and_then(|msh| piece::build_pieces(&msh).map_err(MeshFault::from))
+            .and_then(|pieces| {
+                let solids = SolidFacts::in_log(&log);
+                pieces.iter().try_for_each(|p| same_volume(p, &solids))?;
+                Ok(pieces)
+            })
             .map_err(|fault| match fault {
                 // Gmsh may write the surfaces alone after an error: the error is the cause then.
                 MeshFault::Piece(PieceError::NotFilled { .. }) if log.contains("Error") => {
@@ -313,6 +388,7 @@ impl Job<'_> {
             };
         }
         match last {
+            Some(Failure::Time { .. }) => self.out_of_time(attempts),
             Some(Failure::Mesh { fault, .. }) => ImportError::BadMesh {
                 path,
                 cause: fault,
@@ -329,5 +405,27 @@ impl Job<'_> {
                 lines: Vec::new(),
             },
         }
+    }
+}
+
+/// Whether the curved facets enclose the volume that the CAD kernel measures.
+fn same_volume(piece: &Piece, solids: &[SolidFacts]) -> Result<(), MeshFault> {
+    let solid = piece.brep.solid_tag;
+    let Some(facts) = solids.iter().find(|s| s.tag == solid && s.volume > 0.0) else {
+        return Ok(());
+    };
+    let brep = &piece.brep;
+    let volume: f64 = (brep.facets.enumerated())
+        .map(|(id, facet)| QuadraticTriangle {
+            corners: brep.corners(id),
+            mids: facet.mids,
+        })
+        .map(|q| q.volume())
+        .sum();
+    let share = volume / facts.volume;
+    if (share - 1.0).abs() <= VOLUME_TOLERANCE {
+        Ok(())
+    } else {
+        Err(MeshFault::Volume { solid, share })
     }
 }

@@ -88,7 +88,7 @@ pub enum PieceError {
 }
 
 /// The faces of a tet seen from outside, as positions of its corners, for a positive tet.
-const OUTWARD: [[usize; 3]; 4] = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]];
+pub(super) const OUTWARD: [[usize; 3]; 4] = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]];
 
 /// One piece a volume, in the order of their numbers.
 pub fn build_pieces(msh: &Msh) -> Result<Vec<Piece>, PieceError> {
@@ -156,14 +156,18 @@ fn build_piece(msh: &Msh, volume: &MshEntity) -> Result<Piece, PieceError> {
     Ok(Piece { brep, tets })
 }
 
-fn blocks(msh: &Msh, dimension: usize, entity: i32) -> impl Iterator<Item = &ElementBlock> {
+pub(super) fn blocks(
+    msh: &Msh,
+    dimension: usize,
+    entity: i32,
+) -> impl Iterator<Item = &ElementBlock> {
     msh.elements
         .iter()
         .filter(move |b| b.dimension == dimension && b.entity == entity)
 }
 
 /// The entities named by signed numbers, each once, in the order of their numbers.
-fn own_entities<'a>(all: &'a [MshEntity], signed: &[i32]) -> Vec<&'a MshEntity> {
+pub(super) fn own_entities<'a>(all: &'a [MshEntity], signed: &[i32]) -> Vec<&'a MshEntity> {
     let mut tags: Vec<u32> = signed.iter().map(|t| t.unsigned_abs()).collect();
     tags.sort_unstable();
     tags.dedup();
@@ -340,7 +344,7 @@ fn read_facets(
 }
 
 /// The mid-side points of a triangle of three or six nodes.
-fn middles(msh: &Msh, kind: ElementKind, nodes: &[u32]) -> [DVec3; 3] {
+pub(super) fn middles(msh: &Msh, kind: ElementKind, nodes: &[u32]) -> [DVec3; 3] {
     let p = |k: usize| msh.nodes[nodes[k] as usize];
     [(0, 1), (1, 2), (2, 0)].map(|(i, j)| {
         let straight = p(i).midpoint(p(j));
@@ -427,7 +431,7 @@ fn read_curves(
     Ok((curves, faces))
 }
 
-fn face_name(msh: &Msh, surface: &MshEntity) -> Option<String> {
+pub(super) fn face_name(msh: &Msh, surface: &MshEntity) -> Option<String> {
     surface.physical.iter().find_map(|group| {
         msh.physical_names
             .iter()

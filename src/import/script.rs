@@ -32,6 +32,10 @@ pub(super) struct Attempt {
     pub(super) heal: bool,
     /// Whether loose faces are sewn into solids first.
     pub(super) sew: bool,
+    /// Whether the facets stay flat, where curving them is what fails.
+    pub(super) flat: bool,
+    /// Whether the surface alone is meshed.
+    pub(super) surface_only: bool,
     /// One size everywhere, in thicknesses, in place of the size that the module's text describes.
     pub(super) even: Option<f64>,
 }
@@ -42,6 +46,8 @@ const HXT: Attempt = Attempt {
     surface_algorithm: 6,
     heal: false,
     sew: false,
+    flat: false,
+    surface_only: false,
     even: None,
 };
 
@@ -49,12 +55,22 @@ const HXT: Attempt = Attempt {
 ///
 /// Where the volume mesher fails on real parts, the surface mesh cuts itself, mostly at a sliver between two curves that nearly coincide: one size everywhere
 /// divides both curves alike. Of 63 real parts HXT fills 59, the coarse even size one more and the fine one another; the other
-/// ways are for errors that these parts do not have.
-pub(super) const ATTEMPTS: [Attempt; 6] = [
+/// ways are for errors that these parts do not have. Another size comes before healing, since healing changes the part and a size does not.
+pub(super) const ATTEMPTS: [Attempt; 9] = [
     HXT,
+    Attempt {
+        name: "flat facets",
+        flat: true,
+        ..HXT
+    },
     Attempt {
         name: "Delaunay",
         volume_algorithm: 1,
+        ..HXT
+    },
+    Attempt {
+        name: "Frontal",
+        volume_algorithm: 4,
         ..HXT
     },
     Attempt {
@@ -74,8 +90,31 @@ pub(super) const ATTEMPTS: [Attempt; 6] = [
         ..HXT
     },
     Attempt {
+        name: "healed, surface by MeshAdapt",
+        surface_algorithm: 1,
+        heal: true,
+        ..HXT
+    },
+    Attempt {
         name: "sewn",
         sew: true,
+        ..HXT
+    },
+];
+
+/// Surfaces for fTetWild, the last resort: the usual one, then one that is as simple as can be.
+pub(super) const SURFACES: [Attempt; 2] = [
+    Attempt {
+        name: "fTetWild",
+        surface_only: true,
+        ..HXT
+    },
+    Attempt {
+        name: "fTetWild on a plain surface",
+        surface_algorithm: 5,
+        surface_only: true,
+        flat: true,
+        even: Some(1.0),
         ..HXT
     },
 ];
@@ -85,17 +124,22 @@ const MOST_FACETS: f64 = 4e5;
 
 impl Attempt {
     /// Whether the attempt can do what the last one, which wrote `log`, could not.
-    pub(super) fn is_worth_it(&self, log: &str, facts: Facts) -> bool {
+    pub(super) fn is_worth_it(&self, log: &str, ran_out_of_time: bool, facts: Facts) -> bool {
         let open = facts.solids == 0 || facts.is_open();
         let cuts_itself = error_lines(log)
             .iter()
             .any(|l| l.contains("PLC") || l.contains("ntersect") || l.contains("overlapping"));
+        let few = |e| facts.even_facets(e) < MOST_FACETS;
         match self {
             // Sewing helps where nothing is closed, and nothing else does there.
             a if a.sew || open => a.sew && open,
+            // The filling went well: what failed is what comes after it.
+            a if a.flat => log.contains("Done meshing 3D") && !log.contains("Error"),
+            // What took too long takes as long in another way, but for a coarser one.
+            a if ran_out_of_time => a.even.is_some_and(|e| e > 1.0 && few(e)),
             // The same surface mesh fails in the other mesher too.
             a if a.volume_algorithm != HXT.volume_algorithm => !cuts_itself,
-            a => a.even.is_none_or(|e| facts.even_facets(e) < MOST_FACETS),
+            a => a.even.is_none_or(few),
         }
     }
 
@@ -109,7 +153,10 @@ impl Attempt {
                 PER_CIRCLE,
             ),
         };
-        let abort = if self.heal { 0 } else { 2 };
+        // A face that cannot be meshed need not end the attempt: what heals, or bridges the gap, comes after it.
+        let abort = if self.heal || self.surface_only { 0 } else { 2 };
+        let dimension = if self.surface_only { 2 } else { 3 };
+        let order = if self.flat { "" } else { "SetOrder 2;" };
         let mut prepare = String::new();
         if self.heal {
             prepare += &format!(
@@ -197,14 +244,59 @@ If (nv > 0)
   Mesh.SaveParametric = 0;
   Mesh.Binary = 1;
   Mesh.MshFileVersion = 4.1;
-  Mesh 3;
-  SetOrder 2;
+  Mesh {dimension};
+  {order}
   Save "{MESH}";
 EndIf
 "#,
             surface = self.surface_algorithm,
             volume = self.volume_algorithm,
         )
+    }
+}
+
+/// What the script said of one solid.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct SolidFacts {
+    pub(super) tag: i32,
+    /// Exact, mm³.
+    pub(super) volume: f64,
+    /// Exact, mm².
+    pub(super) area: f64,
+    /// Of its box, mm.
+    pub(super) diagonal: f64,
+}
+
+impl SolidFacts {
+    /// The facts in a log, one a solid.
+    pub(super) fn in_log(log: &str) -> Vec<Self> {
+        let lines = log
+            .lines()
+            .filter_map(|l| Some(l.split_once("midshell: solid ")?.1));
+        let read = |line: &str| {
+            let words: Vec<&str> = line.split_whitespace().collect();
+            let [tag, "volume", volume, "area", area, "diagonal", diagonal] = words[..] else {
+                return None;
+            };
+            Some(Self {
+                tag: tag.parse::<f64>().ok()? as i32,
+                volume: volume.parse().ok()?,
+                area: area.parse().ok()?,
+                diagonal: diagonal.parse().ok()?,
+            })
+        };
+        lines.filter_map(read).collect()
+    }
+
+    /// Mean thickness, mm.
+    pub(super) fn thickness(&self) -> f64 {
+        2.0 * self.volume / self.area
+    }
+
+    /// Largest element size, mm: as the module's text describes it.
+    pub(super) fn size(&self, factor: f64) -> f64 {
+        let (t, d) = (self.thickness(), self.diagonal);
+        factor * (3.0 * t).max(d / 200.0).max((8.0 * t).min(d / 50.0))
     }
 }
 
@@ -278,7 +370,7 @@ mod tests {
     fn worth(log: &str, facts: Facts) -> Vec<&'static str> {
         ATTEMPTS[1..]
             .iter()
-            .filter(|a| a.is_worth_it(log, facts))
+            .filter(|a| a.is_worth_it(log, false, facts))
             .map(|a| a.name)
             .collect()
     }
@@ -321,5 +413,33 @@ mod tests {
         assert_eq!(worth("", none), ["sewn"]);
         assert_eq!(worth("", open), ["sewn"]);
         assert!(!worth("", WELL).contains(&"sewn"));
+    }
+
+    #[test]
+    fn what_took_too_long_is_only_tried_coarser() {
+        let names: Vec<&str> = ATTEMPTS[1..]
+            .iter()
+            .filter(|a| a.is_worth_it("", true, WELL))
+            .map(|a| a.name)
+            .collect();
+        assert_eq!(names, ["even size of two thicknesses"]);
+    }
+
+    #[test]
+    fn flat_facets_are_tried_only_where_the_filling_went_well() {
+        assert!(worth("Info : Done meshing 3D (Wall 1s)", WELL).contains(&"flat facets"));
+        assert!(!worth("Error : HXT 3D mesh failed", WELL).contains(&"flat facets"));
+    }
+
+    #[test]
+    fn the_facts_of_a_solid_are_read_and_give_its_size() {
+        let log = "x\nmidshell: solid 3 volume 12000 area 12640 diagonal 116.6\n";
+        let [facts] = SolidFacts::in_log(log)[..] else {
+            panic!("one solid");
+        };
+        assert_eq!(facts.tag, 3);
+        assert!((facts.thickness() - 1.898_734).abs() < 1e-6);
+        // 3 t is more than an eightieth of the diagonal and more than a two-hundredth.
+        assert!((facts.size(2.0) - 6.0 * facts.thickness()).abs() < 1e-12);
     }
 }

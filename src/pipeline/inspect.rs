@@ -6,7 +6,7 @@ use super::clock::Clock;
 use super::error::PipelineError;
 use super::facts::{solid_facts, wall_facts};
 use super::{Progress, clean, import_options, midsurface, untangled};
-use crate::import::{Piece, import_cad};
+use crate::import::{Piece, import_cad_told};
 use crate::inspection::{Inspection, SolidFacts};
 use crate::medial::Medial;
 use crate::options::MeshOptions;
@@ -21,7 +21,11 @@ pub fn inspect(
 ) -> Result<Inspection, PipelineError> {
     options.check()?;
     let mut clock = Clock::new(progress);
-    let imported = clock.time("import", || import_cad(input, &import_options(options)))?;
+    let imported = clock.time("import", || {
+        import_cad_told(input, &import_options(options), &mut |line| {
+            progress.stage(&format!("import: {line}"));
+        })
+    })?;
     let solids = imported
         .pieces
         .iter()

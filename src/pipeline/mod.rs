@@ -15,7 +15,7 @@ pub use report::{RunReport, SolidReport};
 
 use crate::charts;
 use crate::geom::placer::Placer;
-use crate::import::{ImportOptions, Piece, import_cad};
+use crate::import::{ImportOptions, Piece, import_cad_told};
 use crate::medial::Medial;
 use crate::model::brep::Brep;
 use crate::model::complex::MidComplex;
@@ -64,10 +64,15 @@ pub fn mesh(
 ) -> Result<MeshRun, PipelineError> {
     options.check()?;
     let mut clock = Clock::new(progress);
-    let imported = clock.time("import", || import_cad(input, &import_options(options)))?;
+    let imported = clock.time("import", || {
+        import_cad_told(input, &import_options(options), &mut |line| {
+            progress.stage(&format!("import: {line}"));
+        })
+    })?;
     let mut run = mesh_pieces(&imported.pieces, options, &mut clock)?;
     run.report.input = input.to_owned();
     run.report.gmsh_version = imported.gmsh_version;
+    run.report.import_way = imported.way;
     run.report.import_attempts = imported.attempts;
     run.timings = clock.finish();
     Ok(run)

@@ -50,6 +50,8 @@ pub struct RunReport {
     pub input: PathBuf,
     /// Version of the gmsh that read it.
     pub gmsh_version: String,
+    /// The way by which import succeeded: which mesher, and what was done to the part.
+    pub import_way: String,
     /// What import tried without success before it succeeded.
     pub import_attempts: Vec<String>,
     /// The solids.

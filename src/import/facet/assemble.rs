@@ -6,8 +6,51 @@ use glam::DVec3;
 
 use super::remesh::Remeshed;
 use super::segment::{NONE, neighbours};
+use crate::geom::six_node::QuadraticTriangle;
 use crate::import::msh::{ElementBlock, ElementKind, Msh, MshEntity};
+use crate::import::skin::{Skin, SkinCurve};
+use crate::model::brep::Face;
 use crate::model::disjoint::Disjoint;
+
+/// The surface with its faces and curves, numbered after `faces` and `curves`.
+pub(super) fn skin(
+    surface: &Remeshed,
+    mids: &[[DVec3; 3]],
+    solid: i32,
+    faces: &mut i32,
+    curves: &mut i32,
+) -> Skin {
+    let regions = surface.region.iter().max().map_or(0, |r| *r as usize + 1);
+    let mut skin = Skin {
+        solid_tag: solid,
+        facets: vec![Vec::new(); regions],
+        faces: vec![Face::default(); regions],
+        curves: Vec::new(),
+    };
+    for face in &mut skin.faces {
+        *faces += 1;
+        face.tag = *faces;
+    }
+    for (t, &mids) in mids.iter().enumerate() {
+        skin.facets[surface.region[t] as usize].push(QuadraticTriangle {
+            corners: surface.soup.corners(t),
+            mids,
+        });
+    }
+    for curve in border_curves(surface) {
+        *curves += 1;
+        skin.curves.push(SkinCurve {
+            tag: *curves,
+            faces: curve.regions.to_vec(),
+            segments: curve
+                .segments
+                .iter()
+                .map(|s| s.map(|v| surface.soup.points[v as usize]))
+                .collect(),
+        });
+    }
+    skin
+}
 
 /// The mesh of one solid with number `solid`; numbers of faces and curves begin after `faces` and `curves`. `None` where the filling lacks a point of the
 /// surface. `mids` are the middles of the sides (0, 1), (1, 2), (2, 0) of every triangle.
@@ -110,13 +153,13 @@ pub(super) fn assemble(
     })
 }
 
-struct BorderCurve {
-    regions: [u32; 2],
-    segments: Vec<[u32; 2]>,
+pub(super) struct BorderCurve {
+    pub(super) regions: [u32; 2],
+    pub(super) segments: Vec<[u32; 2]>,
 }
 
 /// Sides between two regions, joined over the vertices where exactly two of one pair of regions meet.
-fn border_curves(surface: &Remeshed) -> Vec<BorderCurve> {
+pub(super) fn border_curves(surface: &Remeshed) -> Vec<BorderCurve> {
     let triangles = &surface.soup.triangles;
     let beyond = neighbours(triangles);
     let mut sides: Vec<([u32; 2], [u32; 2])> = Vec::new();

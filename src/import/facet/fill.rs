@@ -7,8 +7,9 @@ use std::path::Path;
 use std::time::Duration;
 
 use super::soup::Soup;
-use crate::import::gmsh::{self, Ended, Launcher};
+use crate::import::gmsh::{self, Launcher};
 use crate::import::msh::Msh;
+use crate::import::process::{Ended, Limits};
 use crate::model::disjoint::Disjoint;
 
 const INPUT: &str = "facets.msh";
@@ -59,8 +60,10 @@ impl Filler<'_> {
             .run(
                 self.folder,
                 &[SCRIPT, "-nt", &threads, "-"],
-                limit,
-                self.memory_limit,
+                Limits {
+                    time: limit,
+                    memory: self.memory_limit,
+                },
             )
             .map_err(|e| FillFault::Unusable(vec![e.to_string()]))?;
         let Ended::Exit(status) = run.ended else {

@@ -25,9 +25,12 @@ use glam::DVec3;
 use super::error::{ImportError, MeshFault};
 use super::gmsh::Launcher;
 use super::msh::Msh;
+use super::relabel::relabel;
+use super::tetwild::{self, FillOptions};
 use super::{ImportOptions, Imported, Piece, piece};
 use fill::{FillFault, Filler, MESHERS};
 use remesh::{Remeshed, Wanted};
+use shells::Solid;
 use soup::{ReadError, Soup};
 
 /// A facet format.
@@ -64,6 +67,8 @@ impl FacetFormat {
 
 /// The surface may depart from the file's by this share of the mean thickness: a hundredth of what a wall is measured in.
 const DEVIATION: f64 = 0.01;
+/// Envelope of fTetWild in mean thicknesses, as in the CAD import.
+const ENVELOPE: f64 = 0.05;
 /// Facets that a fill may take at most: more take gmsh over a minute.
 const MOST_FACETS: usize = 300_000;
 
@@ -72,7 +77,9 @@ pub(super) fn import_facets(
     path: &Path,
     format: FacetFormat,
     options: &ImportOptions,
+    tell: &mut dyn FnMut(&str),
 ) -> Result<Imported, ImportError> {
+    tell("facets name no unit: mm are assumed");
     let start = Instant::now();
     let launcher = Launcher::find(options.gmsh.as_deref())?;
     let bytes = std::fs::read(path).map_err(|cause| ImportError::Unreadable {
@@ -118,8 +125,8 @@ pub(super) fn import_facets(
         ));
     }
     let (mut faces, mut curves) = (0, 0);
-    for (solid, facets) in (1..).zip(&solids) {
-        let piece = job.solid(facets, solid, (&mut faces, &mut curves), &mut imported)?;
+    for (tag, solid) in (1..).zip(&solids) {
+        let piece = job.solid(solid, tag, (&mut faces, &mut curves), &mut imported, tell)?;
         imported.pieces.push(piece);
     }
     Ok(imported)
@@ -135,25 +142,27 @@ struct Job<'a> {
 impl Job<'_> {
     fn solid(
         &self,
-        facets: &Soup,
-        solid: i32,
+        solid: &Solid,
+        tag: i32,
         numbers: (&mut i32, &mut i32),
         imported: &mut Imported,
+        tell: &mut dyn FnMut(&str),
     ) -> Result<Piece, ImportError> {
-        let (surface, size) = sized(facets, self.options.size_factor);
-        let mids: Vec<[DVec3; 3]> = (0..surface.soup.triangles.len())
-            .map(|t| {
-                let [a, b, c] = surface.soup.corners(t);
-                [a.midpoint(b), b.midpoint(c), c.midpoint(a)]
-            })
-            .collect();
+        let (surface, size) = sized(&solid.facets, self.options.size_factor);
+        let mids = middles(&surface);
         let mut last = Vec::new();
         for (name, mesher) in MESHERS {
+            // Neither mesher takes facets that cut each other.
+            if solid.cut.is_some() {
+                break;
+            }
+            tell(name);
             let left = self.options.time_limit.saturating_sub(self.start.elapsed());
             match self.filler.fill(&surface.soup, size, mesher, left) {
                 Ok((msh, version)) => {
                     imported.gmsh_version = version;
-                    return self.piece(&surface, &mids, &msh, solid, numbers, imported);
+                    imported.way = format!("facets, {name}");
+                    return self.piece(&surface, &mids, &msh, tag, numbers, imported);
                 }
                 Err(FillFault::TimedOut) => {
                     imported
@@ -179,11 +188,54 @@ impl Job<'_> {
                 }
             }
         }
-        Err(ImportError::GmshFailed {
-            path: self.path.to_path_buf(),
-            attempts: std::mem::take(&mut imported.attempts),
-            lines: last,
-        })
+        tell("fTetWild");
+        match self.last_resort(&surface, &mids, size, tag, numbers) {
+            Ok((piece, way)) => {
+                imported.way = way;
+                Ok(piece)
+            }
+            Err(fault) => {
+                imported.attempts.push(format!("fTetWild: {fault}"));
+                if let Some(cause) = &solid.cut {
+                    return Err(ImportError::NotASolid {
+                        path: self.path.to_path_buf(),
+                        cause: cause.clone(),
+                    });
+                }
+                Err(ImportError::GmshFailed {
+                    path: self.path.to_path_buf(),
+                    attempts: std::mem::take(&mut imported.attempts),
+                    lines: last,
+                })
+            }
+        }
+    }
+
+    /// fTetWild takes facets that cut each other, and fills what they enclose together.
+    fn last_resort(
+        &self,
+        surface: &Remeshed,
+        mids: &[[DVec3; 3]],
+        size: f64,
+        tag: i32,
+        (faces, curves): (&mut i32, &mut i32),
+    ) -> Result<(Piece, String), MeshFault> {
+        let tool = tetwild::find_tetwild(Some(&self.filler.launcher.path))?;
+        let envelope = ENVELOPE * surface.thickness;
+        let options = FillOptions {
+            edge_length: size,
+            envelope,
+            time_limit: self.options.time_limit.saturating_sub(self.start.elapsed()),
+            memory_limit: self.options.memory_limit,
+        };
+        let soup = &surface.soup;
+        let filling = tetwild::fill(&tool, &soup.points, &soup.triangles, &options)?;
+        let skin = assemble::skin(surface, mids, tag, faces, curves);
+        let piece = relabel(&skin, &filling, envelope)?;
+        Ok((
+            piece,
+            format!("facets, fTetWild (pytetwild {})", tool.version),
+        ))
     }
 
     fn piece(
@@ -210,6 +262,16 @@ impl Job<'_> {
     }
 }
 
+/// The middles of the sides of every triangle.
+fn middles(surface: &Remeshed) -> Vec<[DVec3; 3]> {
+    (0..surface.soup.triangles.len())
+        .map(|t| {
+            let [a, b, c] = surface.soup.corners(t);
+            [a.midpoint(b), b.midpoint(c), c.midpoint(a)]
+        })
+        .collect()
+}
+
 /// Facets of the wanted size with their faces, and the size of the tets. The sizes are those of the CAD import.
 pub fn sized(facets: &Soup, size_factor: f64) -> (Remeshed, f64) {
     let (mut area, mut volume) = (0.0, 0.0);
@@ -231,7 +293,9 @@ pub fn sized(facets: &Soup, size_factor: f64) -> (Remeshed, f64) {
         deviation: DEVIATION * thickness,
         most: MOST_FACETS,
     };
-    (remesh::remesh(facets, &faces, &wanted), size)
+    let mut surface = remesh::remesh(facets, &faces, &wanted);
+    surface.thickness = thickness;
+    (surface, size)
 }
 
 #[cfg(test)]

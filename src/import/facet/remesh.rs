@@ -47,6 +47,8 @@ pub struct Remeshed {
     pub region: Vec<u32>,
     /// #T unit normals of the facets that they came from.
     pub normal: Vec<DVec3>,
+    /// Mean thickness of the solid.
+    pub thickness: f64,
 }
 
 struct Mesh<'a> {
@@ -388,6 +390,7 @@ impl Mesh<'_> {
             soup: super::shells::compact(&self.points, triangles),
             region: stay.iter().map(|&t| self.region[t]).collect(),
             normal: stay.iter().map(|&t| self.normal[t]).collect(),
+            thickness: 0.0,
         }
     }
 }

@@ -57,7 +57,7 @@ pub enum ShellFault {
     NoVolume,
     /// Bodies that cut each other.
     #[error(
-        "{count} pairs of closed bodies cut through each other, one of them at {}",
+        "{count} pairs of closed bodies cut through each other, at {}",
         shown(places)
     )]
     Overlap {
@@ -89,6 +89,15 @@ pub struct Mended {
     pub forked: usize,
 }
 
+/// Closed facets of one solid, turned outwards.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Solid {
+    /// The facets, with only the points that they use.
+    pub facets: Soup,
+    /// Where it is made of bodies that cut each other: only a filler that unites them can fill it.
+    pub cut: Option<ShellFault>,
+}
+
 /// One use of a side by a triangle: lower end, upper end, triangle, whether it runs up.
 type Use = (u32, u32, u32, bool);
 
@@ -107,14 +116,14 @@ fn runs(all: &[Use]) -> impl Iterator<Item = &[Use]> {
     all.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1))
 }
 
-/// The solids, each a list of triangles on the points of the returned soup, in order of their first triangle.
-pub fn solids(welded: Soup) -> Result<(Vec<Soup>, Mended), ShellFault> {
+/// The solids, in order of their first triangle. Bodies that cut each other are one.
+pub fn solids(welded: Soup) -> Result<(Vec<Solid>, Mended), ShellFault> {
     let mut mended = Mended::default();
     let mut soup = welded;
     mended.turned = turn_alike(&mut soup)?;
     close_holes(&mut soup, &mut mended)?;
     let shells = shells(&soup, &mut mended);
-    let solids = nest(&soup, shells, &mut mended)?;
+    let solids = nest(&soup, &shells, &mut mended);
     if solids.is_empty() {
         return Err(ShellFault::NoVolume);
     }
@@ -415,7 +424,7 @@ fn shells(soup: &Soup, mended: &mut Mended) -> Vec<Shell> {
 }
 
 /// Sorts shells into solids with their voids.
-fn nest(soup: &Soup, shells: Vec<Shell>, mended: &mut Mended) -> Result<Vec<Soup>, ShellFault> {
+fn nest(soup: &Soup, shells: &[Shell], mended: &mut Mended) -> Vec<Solid> {
     let n = shells.len();
     let corners = |s: &Shell| -> Vec<[DVec3; 3]> {
         s.triangles
@@ -429,7 +438,8 @@ fn nest(soup: &Soup, shells: Vec<Shell>, mended: &mut Mended) -> Result<Vec<Soup
         .collect();
     // Which shells a shell lies in.
     let mut inside: Vec<Vec<usize>> = vec![Vec::new(); n];
-    let (mut cuts, mut places) = (0, Vec::new());
+    let mut cuts: Vec<(usize, DVec3)> = Vec::new();
+    let mut together = Disjoint::new(n);
     for outer in 0..n {
         let near: Vec<usize> = (0..n)
             .filter(|&i| {
@@ -457,18 +467,12 @@ fn nest(soup: &Soup, shells: Vec<Shell>, mended: &mut Mended) -> Result<Vec<Soup
             if !within.is_empty() && within.len() == asked.len() {
                 inside[i].push(outer);
             } else if !within.is_empty() {
-                cuts += 1;
-                places.push(within[0]);
+                cuts.push((i, within[0]));
+                together.join(i as u32, outer as u32);
             }
         }
     }
-    if cuts > 0 {
-        return Err(ShellFault::Overlap {
-            count: cuts,
-            places: places.into_iter().take(1).collect(),
-        });
-    }
-    let mut solids: Vec<(usize, Soup)> = Vec::new();
+    let mut parts: Vec<(u32, Vec<[u32; 3]>)> = Vec::new();
     for (i, shell) in shells.iter().enumerate() {
         let is_void = inside[i].len() % 2 == 1;
         let turn = (shell.volume < 0.0) != is_void;
@@ -477,28 +481,33 @@ fn nest(soup: &Soup, shells: Vec<Shell>, mended: &mut Mended) -> Result<Vec<Soup
             let [a, b, c] = soup.triangles[t as usize];
             if turn { [a, c, b] } else { [a, b, c] }
         });
-        // A void belongs to the solid next around it: the one that lies in all the others.
+        // A void belongs to the solid next around it: the one that lies in most others.
         let host = if is_void {
             inside[i].iter().copied().max_by_key(|&o| inside[o].len())
         } else {
             None
         };
-        solids.push((
-            host.unwrap_or(i),
-            Soup {
-                points: Vec::new(),
-                triangles: own.collect(),
-            },
-        ));
+        parts.push((together.find(host.unwrap_or(i) as u32), own.collect()));
     }
-    solids.sort_by_key(|s| s.0);
-    Ok(solids
+    parts.sort_by_key(|s| s.0);
+    parts
         .chunk_by(|a, b| a.0 == b.0)
         .map(|run| {
-            let triangles: Vec<[u32; 3]> = run.iter().flat_map(|s| s.1.triangles.clone()).collect();
-            compact(&soup.points, triangles)
+            let own: Vec<DVec3> = cuts
+                .iter()
+                .filter(|c| together.find(c.0 as u32) == run[0].0)
+                .map(|c| c.1)
+                .collect();
+            let triangles: Vec<[u32; 3]> = run.iter().flat_map(|s| s.1.clone()).collect();
+            Solid {
+                facets: compact(&soup.points, triangles),
+                cut: (!own.is_empty()).then(|| ShellFault::Overlap {
+                    count: own.len(),
+                    places: own.into_iter().take(PLACES).collect(),
+                }),
+            }
         })
-        .collect())
+        .collect()
 }
 
 /// The triangles with only the points that they use, in the order of the points.

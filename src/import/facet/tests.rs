@@ -143,7 +143,7 @@ fn a_plate_with_turned_facets_is_turned_outwards() {
     }
     let (found, mended) = solids(soup).unwrap();
     assert_eq!(found.len(), 1);
-    assert!((volume(&found[0]) - 2400.0).abs() < 1e-9);
+    assert!((volume(&found[0].facets) - 2400.0).abs() < 1e-9);
     assert!(mended.turned > 0);
 }
 
@@ -153,7 +153,7 @@ fn a_shell_in_a_shell_is_a_void_and_one_in_that_a_solid() {
     // The inner ones are turned the wrong way on purpose.
     let nested = together(&together(&box_of(3.0), &box_of(2.0)), &turned(box_of(1.0)));
     let (found, _) = solids(nested).unwrap();
-    let volumes: Vec<f64> = found.iter().map(volume).collect();
+    let volumes: Vec<f64> = found.iter().map(|s| volume(&s.facets)).collect();
     assert_eq!(found.len(), 2);
     assert!((volumes[0] - (216.0 - 64.0)).abs() < 1e-9, "{volumes:?}");
     assert!((volumes[1] - 8.0).abs() < 1e-9, "{volumes:?}");
@@ -184,7 +184,7 @@ fn a_small_hole_is_closed_and_a_large_one_refused() {
     let (found, mended) = solids(small).unwrap();
     assert_eq!((found.len(), mended.holes), (1, 1));
     let truth = volume(&tube(96, 20.0, 18.0, 30.0));
-    assert!((volume(&found[0]) - truth).abs() < 1e-9 * truth);
+    assert!((volume(&found[0].facets) - truth).abs() < 1e-9 * truth);
 
     let mut large = plate();
     large.triangles.truncate(10);
@@ -196,12 +196,15 @@ fn a_small_hole_is_closed_and_a_large_one_refused() {
 }
 
 #[test]
-fn bodies_that_cut_each_other_are_refused() {
+fn bodies_that_cut_each_other_are_one_solid_and_said_so() {
     let other = cuboid(DVec3::new(10.0, 10.0, 1.0), DVec3::new(20.0, 20.0, 9.0));
-    assert!(matches!(
-        solids(together(&plate(), &other)),
-        Err(ShellFault::Overlap { .. })
-    ));
+    let (found, _) = solids(together(&plate(), &other)).unwrap();
+    assert_eq!(found.len(), 1);
+    assert!(matches!(found[0].cut, Some(ShellFault::Overlap { .. })));
+    let apart = cuboid(DVec3::new(10.0, 10.0, 3.0), DVec3::new(20.0, 20.0, 9.0));
+    let (found, _) = solids(together(&plate(), &apart)).unwrap();
+    assert_eq!(found.len(), 2);
+    assert!(found.iter().all(|s| s.cut.is_none()));
 }
 
 #[test]
@@ -334,7 +337,7 @@ fn needless_facets_go() {
         soup = weld(&halves(&soup)).0;
     }
     let (found, _) = shells::solids(soup).unwrap();
-    let (small, _) = sized(&found[0], 1.0);
+    let (small, _) = sized(&found[0].facets, 1.0);
     assert!(
         small.soup.triangles.len() < 20 * n,
         "{}",
