@@ -13,13 +13,7 @@ use crate::model::brep::Face;
 use crate::model::disjoint::Disjoint;
 
 /// The surface with its faces and curves, numbered after `faces` and `curves`.
-pub(super) fn skin(
-    surface: &Remeshed,
-    mids: &[[DVec3; 3]],
-    solid: i32,
-    faces: &mut i32,
-    curves: &mut i32,
-) -> Skin {
+pub(super) fn skin(surface: &Remeshed, solid: i32, faces: &mut i32, curves: &mut i32) -> Skin {
     let regions = surface.region.iter().max().map_or(0, |r| *r as usize + 1);
     let mut skin = Skin {
         solid_tag: solid,
@@ -31,7 +25,7 @@ pub(super) fn skin(
         *faces += 1;
         face.tag = *faces;
     }
-    for (t, &mids) in mids.iter().enumerate() {
+    for (t, &mids) in surface.mids.iter().enumerate() {
         skin.facets[surface.region[t] as usize].push(QuadraticTriangle {
             corners: surface.soup.corners(t),
             mids,
@@ -53,10 +47,9 @@ pub(super) fn skin(
 }
 
 /// The mesh of one solid with number `solid`; numbers of faces and curves begin after `faces` and `curves`. `None` where the filling lacks a point of the
-/// surface. `mids` are the middles of the sides (0, 1), (1, 2), (2, 0) of every triangle.
+/// surface.
 pub(super) fn assemble(
     surface: &Remeshed,
-    mids: &[[DVec3; 3]],
     filling: &Msh,
     solid: i32,
     faces: &mut i32,
@@ -83,7 +76,7 @@ pub(super) fn assemble(
     for (t, tri) in surface.soup.triangles.iter().enumerate() {
         let block = &mut blocks[surface.region[t] as usize];
         block.extend(tri.map(|v| number[v as usize]));
-        for m in mids[t] {
+        for m in surface.mids[t] {
             block.push(nodes.len() as u32);
             nodes.push(m);
         }

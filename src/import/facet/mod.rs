@@ -7,6 +7,7 @@
 //! the reason, the places and the counts. Limits: facet files name no unit, mm are assumed; faces are as good as the tessellation.
 
 mod assemble;
+mod bulge;
 mod fill;
 pub mod obj;
 pub mod ply;
@@ -17,10 +18,9 @@ pub mod soup;
 pub mod stl;
 pub mod weld;
 
+use std::f64::consts::TAU;
 use std::path::Path;
 use std::time::Instant;
-
-use glam::DVec3;
 
 use super::error::{ImportError, MeshFault};
 use super::gmsh::Launcher;
@@ -30,7 +30,6 @@ use super::tetwild::{self, FillOptions};
 use super::{ImportOptions, Imported, Piece, piece};
 use fill::{FillFault, Filler, MESHERS};
 use remesh::{Remeshed, Wanted};
-use shells::Solid;
 use soup::{ReadError, Soup};
 
 /// A facet format.
@@ -67,6 +66,8 @@ impl FacetFormat {
 
 /// The surface may depart from the file's by this share of the mean thickness: a hundredth of what a wall is measured in.
 const DEVIATION: f64 = 0.01;
+/// Facets around a full circle, as in the CAD import.
+const PER_CIRCLE: f64 = 16.0;
 /// Envelope of fTetWild in mean thicknesses, as in the CAD import.
 const ENVELOPE: f64 = 0.05;
 /// Facets that a fill may take at most: more take gmsh over a minute.
@@ -99,6 +100,13 @@ pub(super) fn import_facets(
         path: path.to_path_buf(),
         cause,
     })?;
+    // fTetWild would unite them, but a part drawn so has walls within walls, which no shell stands for.
+    if let Some(cause) = solids.iter().find_map(|s| s.cut.clone()) {
+        return Err(ImportError::NotASolid {
+            path: path.to_path_buf(),
+            cause,
+        });
+    }
     let folder = tempfile::Builder::new()
         .prefix("midshell-")
         .tempdir()
@@ -126,7 +134,8 @@ pub(super) fn import_facets(
     }
     let (mut faces, mut curves) = (0, 0);
     for (tag, solid) in (1..).zip(&solids) {
-        let piece = job.solid(solid, tag, (&mut faces, &mut curves), &mut imported, tell)?;
+        let facets = &solid.facets;
+        let piece = job.solid(facets, tag, (&mut faces, &mut curves), &mut imported, tell)?;
         imported.pieces.push(piece);
     }
     Ok(imported)
@@ -142,27 +151,22 @@ struct Job<'a> {
 impl Job<'_> {
     fn solid(
         &self,
-        solid: &Solid,
+        facets: &Soup,
         tag: i32,
         numbers: (&mut i32, &mut i32),
         imported: &mut Imported,
         tell: &mut dyn FnMut(&str),
     ) -> Result<Piece, ImportError> {
-        let (surface, size) = sized(&solid.facets, self.options.size_factor);
-        let mids = middles(&surface);
+        let (surface, size) = sized(facets, self.options.size_factor);
         let mut last = Vec::new();
         for (name, mesher) in MESHERS {
-            // Neither mesher takes facets that cut each other.
-            if solid.cut.is_some() {
-                break;
-            }
             tell(name);
             let left = self.options.time_limit.saturating_sub(self.start.elapsed());
             match self.filler.fill(&surface.soup, size, mesher, left) {
                 Ok((msh, version)) => {
                     imported.gmsh_version = version;
                     imported.way = format!("facets, {name}");
-                    return self.piece(&surface, &mids, &msh, tag, numbers, imported);
+                    return self.piece(&surface, &msh, tag, numbers, imported);
                 }
                 Err(FillFault::TimedOut) => {
                     imported
@@ -189,19 +193,13 @@ impl Job<'_> {
             }
         }
         tell("fTetWild");
-        match self.last_resort(&surface, &mids, size, tag, numbers) {
+        match self.last_resort(&surface, size, tag, numbers) {
             Ok((piece, way)) => {
                 imported.way = way;
                 Ok(piece)
             }
             Err(fault) => {
                 imported.attempts.push(format!("fTetWild: {fault}"));
-                if let Some(cause) = &solid.cut {
-                    return Err(ImportError::NotASolid {
-                        path: self.path.to_path_buf(),
-                        cause: cause.clone(),
-                    });
-                }
                 Err(ImportError::GmshFailed {
                     path: self.path.to_path_buf(),
                     attempts: std::mem::take(&mut imported.attempts),
@@ -215,7 +213,6 @@ impl Job<'_> {
     fn last_resort(
         &self,
         surface: &Remeshed,
-        mids: &[[DVec3; 3]],
         size: f64,
         tag: i32,
         (faces, curves): (&mut i32, &mut i32),
@@ -230,7 +227,7 @@ impl Job<'_> {
         };
         let soup = &surface.soup;
         let filling = tetwild::fill(&tool, &soup.points, &soup.triangles, &options)?;
-        let skin = assemble::skin(surface, mids, tag, faces, curves);
+        let skin = assemble::skin(surface, tag, faces, curves);
         let piece = relabel(&skin, &filling, envelope)?;
         Ok((
             piece,
@@ -241,7 +238,6 @@ impl Job<'_> {
     fn piece(
         &self,
         surface: &Remeshed,
-        mids: &[[DVec3; 3]],
         filling: &Msh,
         solid: i32,
         (faces, curves): (&mut i32, &mut i32),
@@ -252,7 +248,7 @@ impl Job<'_> {
             cause: MeshFault::Piece(cause),
             attempts: imported.attempts.clone(),
         };
-        let whole = assemble::assemble(surface, mids, filling, solid, faces, curves)
+        let whole = assemble::assemble(surface, filling, solid, faces, curves)
             .ok_or_else(|| bad(piece::PieceError::NotFilled { solid }))?;
         let pieces = piece::build_pieces(&whole).map_err(bad)?;
         pieces
@@ -260,16 +256,6 @@ impl Job<'_> {
             .next()
             .ok_or_else(|| bad(piece::PieceError::NoVolume))
     }
-}
-
-/// The middles of the sides of every triangle.
-fn middles(surface: &Remeshed) -> Vec<[DVec3; 3]> {
-    (0..surface.soup.triangles.len())
-        .map(|t| {
-            let [a, b, c] = surface.soup.corners(t);
-            [a.midpoint(b), b.midpoint(c), c.midpoint(a)]
-        })
-        .collect()
 }
 
 /// Facets of the wanted size with their faces, and the size of the tets. The sizes are those of the CAD import.
@@ -288,8 +274,13 @@ pub fn sized(facets: &Soup, size_factor: f64) -> (Remeshed, f64) {
             .max(diagonal / 200.0)
             .max((8.0 * thickness).min(diagonal / 50.0));
     let faces = segment::segment(facets, thickness);
+    // As fine along bends as the CAD import, which has as many elements a circle.
+    let length = faces.curvature.iter().map(|&k| {
+        let turn = TAU / (PER_CIRCLE * k.max(f64::MIN_POSITIVE));
+        (size_factor * turn.max(thickness / 2.0)).min(size)
+    });
     let wanted = Wanted {
-        length: vec![size; faces.regions],
+        length: length.collect(),
         deviation: DEVIATION * thickness,
         most: MOST_FACETS,
     };

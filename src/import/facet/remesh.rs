@@ -3,13 +3,15 @@
 //! A facet file has triangles as long as the part and as thin as rounding; tets over such facets do not join the two sides of a wall. So sides longer than the
 //! wanted length are halved, short ones contracted into one of their ends, and the rest flipped towards Delaunay's criterion, in rounds
 //! (M. Botsch, L. Kobbelt, A remeshing approach to multiresolution modeling, SGP 2004, doi:10.1145/1057432.1057457, without its smoothing: no point ever moves).
+//! New points and the middles of sides lie on the smooth surface that the facets stand for, see [`bulge`](super::bulge).
 //!
-//! Guarantees: new points are middles of sides; the surface stays within the given deviation of where it was at every contraction and flip,
+//! Guarantees: the surface stays within the given deviation of where it was at every contraction and flip,
 //! summed up over what came before at the same vertex; borders between regions stay borders, and their corners stay; the topology does not change.
 //! Deterministic: sides are taken in order of their length, then of their ends.
 
 use glam::DVec3;
 
+use super::bulge::{Bulge, bulge, corner_normals};
 use super::segment::{NONE, SHARP, Segmented};
 use super::soup::Soup;
 use crate::geom::triangle::{nearest_on_segment, nearest_on_triangle};
@@ -45,8 +47,8 @@ pub struct Remeshed {
     pub soup: Soup,
     /// #T regions.
     pub region: Vec<u32>,
-    /// #T unit normals of the facets that they came from.
-    pub normal: Vec<DVec3>,
+    /// #T points in the middle of sides (0, 1), (1, 2), (2, 0), alike for both triangles at a side.
+    pub mids: Vec<[DVec3; 3]>,
     /// Mean thickness of the solid.
     pub thickness: f64,
 }
@@ -58,6 +60,8 @@ struct Mesh<'a> {
     triangles: Vec<[u32; 3]>,
     region: Vec<u32>,
     normal: Vec<DVec3>,
+    /// Normals of the smooth surface at the corners.
+    corner: Vec<[DVec3; 3]>,
     around: Vec<Vec<u32>>,
     alive: usize,
     wanted: &'a Wanted,
@@ -79,6 +83,7 @@ pub fn remesh(soup: &Soup, faces: &Segmented, wanted: &Wanted) -> Remeshed {
         triangles: soup.triangles.clone(),
         region: faces.region.clone(),
         normal: faces.normal.clone(),
+        corner: corner_normals(soup, faces, &around),
         around,
         alive: soup.triangles.len(),
         wanted,
@@ -189,9 +194,27 @@ impl Mesh<'_> {
         count
     }
 
+    /// The normal of the smooth surface at a corner of a triangle.
+    fn corner_at(&self, t: u32, v: u32) -> DVec3 {
+        let k = self.triangles[t as usize].iter().position(|&w| w == v);
+        k.map_or(DVec3::ZERO, |k| self.corner[t as usize][k])
+    }
+
+    /// The point in the middle of a side, on the smooth surface.
+    fn middle(&self, a: u32, b: u32, at: &[u32]) -> DVec3 {
+        let sides: Vec<Bulge> = at
+            .iter()
+            .map(|&t| Bulge {
+                ends: [self.corner_at(t, a), self.corner_at(t, b)],
+                facet: self.normal[t as usize],
+            })
+            .collect();
+        bulge(self.p(a), self.p(b), &sides)
+    }
+
     fn split(&mut self, a: u32, b: u32, at: &[u32]) {
         let middle = self.points.len() as u32;
-        self.points.push(self.p(a).midpoint(self.p(b)));
+        self.points.push(self.middle(a, b, at));
         let deviation = self.deviation[a as usize].max(self.deviation[b as usize]);
         self.deviation.push(deviation);
         self.around.push(Vec::new());
@@ -199,6 +222,13 @@ impl Mesh<'_> {
             let old = self.triangles[t as usize];
             let new = self.triangles.len() as u32;
             let apex = self.apex(t, a, b);
+            let own = self.corner[t as usize];
+            let between =
+                (self.corner_at(t, a) + self.corner_at(t, b)).normalize_or(self.normal[t as usize]);
+            let with =
+                |gone: u32| std::array::from_fn(|k| if old[k] == gone { between } else { own[k] });
+            self.corner.push(with(a));
+            self.corner[t as usize] = with(b);
             self.triangles[t as usize] = old.map(|v| if v == b { middle } else { v });
             self.triangles
                 .push(old.map(|v| if v == a { middle } else { v }));
@@ -300,6 +330,20 @@ impl Mesh<'_> {
         if away > self.wanted.deviation {
             return false;
         }
+        // The normal at v, as the side's own triangles have it.
+        let at_v: Vec<(u32, DVec3)> = at
+            .iter()
+            .map(|&t| (self.region[t as usize], self.corner_at(t, v)))
+            .collect();
+        for &t in &fan {
+            let own = at_v.iter().find(|n| n.0 == self.region[t as usize]);
+            let normal = own.map_or(self.normal[t as usize], |n| n.1);
+            for k in 0..3 {
+                if self.triangles[t as usize][k] == u {
+                    self.corner[t as usize][k] = normal;
+                }
+            }
+        }
         for &t in &at {
             for w in self.triangles[t as usize] {
                 self.around[w as usize].retain(|&x| x != t);
@@ -370,6 +414,14 @@ impl Mesh<'_> {
             return false;
         }
         let normal = (normals[0] + normals[1]).normalize_or(normals[0]);
+        let of = |v: u32| {
+            let sum: DVec3 = [t, u].map(|x| self.corner_at(x, v)).into_iter().sum();
+            sum.normalize_or(normal)
+        };
+        let corners = [new_t.map(of), new_u.map(of)];
+        for (tri, own) in [t, u].into_iter().zip(corners) {
+            self.corner[tri as usize] = own;
+        }
         for (tri, new) in [(t, new_t), (u, new_u)] {
             self.triangles[tri as usize] = new;
             self.normal[tri as usize] = normal;
@@ -385,11 +437,23 @@ impl Mesh<'_> {
         let stay: Vec<usize> = (0..self.triangles.len())
             .filter(|&t| self.triangles[t] != DEAD)
             .collect();
+        let mids = stay
+            .iter()
+            .map(|&t| {
+                let [a, b, c] = self.triangles[t];
+                // Lower end first: both triangles at a side compute the same.
+                [(a, b), (b, c), (c, a)].map(|(p, q)| {
+                    let mut at = self.at_side(p, q);
+                    at.sort_unstable();
+                    self.middle(p.min(q), p.max(q), &at)
+                })
+            })
+            .collect();
         let triangles = stay.iter().map(|&t| self.triangles[t]).collect();
         Remeshed {
             soup: super::shells::compact(&self.points, triangles),
             region: stay.iter().map(|&t| self.region[t]).collect(),
-            normal: stay.iter().map(|&t| self.normal[t]).collect(),
+            mids,
             thickness: 0.0,
         }
     }

@@ -73,6 +73,8 @@ pub struct Segmented {
     pub regions: usize,
     /// #T unit normals; those of slivers are their neighbours'.
     pub normal: Vec<DVec3>,
+    /// Greatest curvature of each region in the mean over its area, 1/mm.
+    pub curvature: Vec<f64>,
 }
 
 struct Work<'a> {
@@ -95,14 +97,24 @@ pub fn segment(soup: &Soup, thickness: f64) -> Segmented {
         thickness,
     };
     let flats = work.flats();
-    let region = work.join(&flats);
+    let (region, bent) = work.join(&flats);
     let region = work.without_crumbs(region);
     let region = work.cut_self_seeing(region);
     let (region, regions) = work.connected(&region);
+    let mut curvature = vec![(0.0, 0.0); regions];
+    for (t, &r) in region.iter().enumerate() {
+        let (sum, area) = &mut curvature[r as usize];
+        *sum += bent[t] * work.area[t];
+        *area += work.area[t];
+    }
     Segmented {
         region,
         regions,
         normal: work.normal,
+        curvature: curvature
+            .into_iter()
+            .map(|(sum, area)| if area > 0.0 { sum / area } else { 0.0 })
+            .collect(),
     }
 }
 
@@ -206,8 +218,8 @@ impl Work<'_> {
         flat
     }
 
-    /// Joins flats of one curvature; a region for every facet.
-    fn join(&self, flat: &[u32]) -> Vec<u32> {
+    /// Joins flats of one curvature; a region and a curvature for every facet.
+    fn join(&self, flat: &[u32]) -> (Vec<u32>, Vec<f64>) {
         let count = flat.iter().max().map_or(0, |m| *m as usize + 1);
         let mut tensor = vec![Matrix3::<f64>::zeros(); count];
         let mut area = vec![0.0; count];
@@ -271,7 +283,11 @@ impl Work<'_> {
                 sets.join(f, g);
             }
         }
-        flat.iter().map(|&f| sets.find(f)).collect()
+        let region = flat.iter().map(|&f| sets.find(f)).collect();
+        (
+            region,
+            flat.iter().map(|&f| curvature[f as usize]).collect(),
+        )
     }
 
     /// Gives small regions to the neighbour with the longest common border that is not sharp.

@@ -94,7 +94,7 @@ pub struct Mended {
 pub struct Solid {
     /// The facets, with only the points that they use.
     pub facets: Soup,
-    /// Where it is made of bodies that cut each other: only a filler that unites them can fill it.
+    /// Where it is made of bodies that cut each other: no Delaunay mesher can fill it.
     pub cut: Option<ShellFault>,
 }
 
