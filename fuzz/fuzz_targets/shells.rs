@@ -29,7 +29,7 @@ fuzz_target!(|bytes: &[u8]| {
     };
     if let Ok((found, _)) = solids(weld(&soup).0) {
         for solid in found.iter().filter(|s| s.cut.is_none()) {
-            let _ = sized(&solid.facets, 1.0);
+            let _ = sized(&solid.facets, 1.0, true);
         }
     }
 });

@@ -1,6 +1,6 @@
 //! Tets inside closed facets, by gmsh: the facets stay as they are.
 //!
-//! The facets go to gmsh as a discrete surface for each shell, with one volume between them. HXT is asked first, Delaunay where it fails.
+//! The facets go to gmsh as a discrete surface for each shell, with one volume between them.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -16,8 +16,9 @@ const INPUT: &str = "facets.msh";
 const SCRIPT: &str = "fill.geo";
 const MESH: &str = "filled.msh";
 
-/// A volume mesher of gmsh: name and number.
-pub(super) const MESHERS: [(&str, u32); 2] = [("HXT", 10), ("Delaunay", 1)];
+/// Gmsh's numbers of its volume meshers.
+pub(super) const HXT: u32 = 10;
+pub(super) const DELAUNAY: u32 = 1;
 
 /// Why there are no tets.
 pub(super) enum FillFault {

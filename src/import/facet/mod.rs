@@ -28,7 +28,7 @@ use super::msh::Msh;
 use super::relabel::relabel;
 use super::tetwild::{self, FillOptions};
 use super::{ImportOptions, Imported, Piece, piece};
-use fill::{FillFault, Filler, MESHERS};
+use fill::{DELAUNAY, FillFault, Filler, HXT};
 use remesh::{Remeshed, Wanted};
 use soup::{ReadError, Soup};
 
@@ -68,6 +68,12 @@ impl FacetFormat {
 const DEVIATION: f64 = 0.01;
 /// Facets around a full circle, as in the CAD import.
 const PER_CIRCLE: f64 = 16.0;
+/// Ways to fill, in order. Beside a sliver a point on the smooth surface may lie beyond the next facet: then the facets as they are may do.
+const WAYS: [(&str, u32, bool); 3] = [
+    ("HXT", HXT, true),
+    ("HXT on flat facets", HXT, false),
+    ("Delaunay on flat facets", DELAUNAY, false),
+];
 /// Envelope of fTetWild in mean thicknesses, as in the CAD import.
 const ENVELOPE: f64 = 0.05;
 /// Facets that a fill may take at most: more take gmsh over a minute.
@@ -157,9 +163,13 @@ impl Job<'_> {
         imported: &mut Imported,
         tell: &mut dyn FnMut(&str),
     ) -> Result<Piece, ImportError> {
-        let (surface, size) = sized(facets, self.options.size_factor);
         let mut last = Vec::new();
-        for (name, mesher) in MESHERS {
+        let of = |smooth| sized(facets, self.options.size_factor, smooth);
+        let (mut surface, size) = of(true);
+        for (name, mesher, smooth) in WAYS {
+            if !smooth && surface.smooth {
+                (surface, _) = of(false);
+            }
             tell(name);
             let left = self.options.time_limit.saturating_sub(self.start.elapsed());
             match self.filler.fill(&surface.soup, size, mesher, left) {
@@ -259,7 +269,8 @@ impl Job<'_> {
 }
 
 /// Facets of the wanted size with their faces, and the size of the tets. The sizes are those of the CAD import.
-pub fn sized(facets: &Soup, size_factor: f64) -> (Remeshed, f64) {
+/// `smooth` lays new points on the smooth surface that the facets stand for.
+pub fn sized(facets: &Soup, size_factor: f64, smooth: bool) -> (Remeshed, f64) {
     let (mut area, mut volume) = (0.0, 0.0);
     let (low, high) = weld::extent(&facets.points);
     for t in 0..facets.triangles.len() {
@@ -283,9 +294,11 @@ pub fn sized(facets: &Soup, size_factor: f64) -> (Remeshed, f64) {
         length: length.collect(),
         deviation: DEVIATION * thickness,
         most: MOST_FACETS,
+        smooth,
     };
     let mut surface = remesh::remesh(facets, &faces, &wanted);
     surface.thickness = thickness;
+    surface.smooth = smooth;
     (surface, size)
 }
 

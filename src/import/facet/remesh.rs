@@ -38,6 +38,8 @@ pub struct Wanted {
     pub deviation: f64,
     /// Most facets; splitting ends there.
     pub most: usize,
+    /// Whether new points and middles lie on the smooth surface that the facets stand for; on the facets otherwise.
+    pub smooth: bool,
 }
 
 /// Triangles with their regions.
@@ -51,6 +53,8 @@ pub struct Remeshed {
     pub mids: Vec<[DVec3; 3]>,
     /// Mean thickness of the solid.
     pub thickness: f64,
+    /// Whether new points lie on the smooth surface.
+    pub smooth: bool,
 }
 
 struct Mesh<'a> {
@@ -202,6 +206,9 @@ impl Mesh<'_> {
 
     /// The point in the middle of a side, on the smooth surface.
     fn middle(&self, a: u32, b: u32, at: &[u32]) -> DVec3 {
+        if !self.wanted.smooth {
+            return self.p(a).midpoint(self.p(b));
+        }
         let sides: Vec<Bulge> = at
             .iter()
             .map(|&t| Bulge {
@@ -434,6 +441,7 @@ impl Mesh<'_> {
     }
 
     fn finish(self) -> Remeshed {
+        let smooth = self.wanted.smooth;
         let stay: Vec<usize> = (0..self.triangles.len())
             .filter(|&t| self.triangles[t] != DEAD)
             .collect();
@@ -455,6 +463,7 @@ impl Mesh<'_> {
             region: stay.iter().map(|&t| self.region[t]).collect(),
             mids,
             thickness: 0.0,
+            smooth,
         }
     }
 }

@@ -162,7 +162,7 @@ fn a_shell_in_a_shell_is_a_void_and_one_in_that_a_solid() {
 #[test]
 fn boxes_that_share_an_edge_are_two_solids() {
     let a = cuboid(DVec3::ZERO, DVec3::ONE);
-    let b = cuboid(DVec3::new(1.0, 1.0, 0.0), DVec3::new(2.0, 2.0, 1.0));
+    let b = cuboid(DVec3::new(1.0, 1.0, 0.0), DVec3::new(2.0, 2.0, 1.0, true));
     let (welded, _) = weld(&together(&a, &b));
     assert_eq!(welded.points.len(), 14);
     let (found, mended) = solids(welded).unwrap();
@@ -197,7 +197,10 @@ fn a_small_hole_is_closed_and_a_large_one_refused() {
 
 #[test]
 fn bodies_that_cut_each_other_are_one_solid_and_said_so() {
-    let other = cuboid(DVec3::new(10.0, 10.0, 1.0), DVec3::new(20.0, 20.0, 9.0));
+    let other = cuboid(
+        DVec3::new(10.0, 10.0, 1.0, true),
+        DVec3::new(20.0, 20.0, 9.0),
+    );
     let (found, _) = solids(together(&plate(), &other)).unwrap();
     assert_eq!(found.len(), 1);
     assert!(matches!(found[0].cut, Some(ShellFault::Overlap { .. })));
@@ -287,7 +290,7 @@ fn a_bend_of_chords_has_its_flat_flanges_beside_it() {
 
 #[test]
 fn facets_of_any_shape_come_to_the_wanted_size() {
-    let (coarse, size) = sized(&tube(48, 20.0, 18.0, 200.0), 1.0);
+    let (coarse, size) = sized(&tube(48, 20.0, 18.0, 200.0), 1.0, true);
     let longest = |s: &Soup| {
         (0..s.triangles.len())
             .flat_map(|t| {
@@ -312,7 +315,7 @@ fn facets_of_any_shape_come_to_the_wanted_size() {
         s.points.len() as i64 - sides.len() as i64 + s.triangles.len() as i64
     };
     assert_eq!(euler(&coarse.soup), 0);
-    assert_eq!(sized(&tube(48, 20.0, 18.0, 200.0), 1.0).0, coarse);
+    assert_eq!(sized(&tube(48, 20.0, 18.0, 200.0), 1.0, true).0, coarse);
 }
 
 #[test]
@@ -337,7 +340,7 @@ fn needless_facets_go() {
         soup = weld(&halves(&soup)).0;
     }
     let (found, _) = shells::solids(soup).unwrap();
-    let (small, _) = sized(&found[0].facets, 1.0);
+    let (small, _) = sized(&found[0].facets, 1.0, true);
     assert!(
         small.soup.triangles.len() < 20 * n,
         "{}",
