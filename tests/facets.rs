@@ -2,6 +2,7 @@
 
 #![allow(clippy::unwrap_used, clippy::panic)]
 
+#[allow(unused_macros, reason = "fixtures are picked by name here")]
 mod common;
 
 use std::path::{Path, PathBuf};

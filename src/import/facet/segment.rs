@@ -254,7 +254,7 @@ impl Work<'_> {
                 if a > 0.0 { most / a } else { 0.0 }
             })
             .collect();
-        borders.sort_by(|a, b| (a.0, a.1).cmp(&(b.0, b.1)));
+        borders.sort_by_key(|b| (b.0, b.1));
         let arcs: Vec<(u32, u32, f64, f64)> = borders
             .chunk_by(|a, b| (a.0, a.1) == (b.0, b.1))
             .map(|run| {
@@ -314,7 +314,7 @@ impl Work<'_> {
                     }
                 }
             }
-            borders.sort_by(|a, b| (a.0, a.1).cmp(&(b.0, b.1)));
+            borders.sort_by_key(|b| (b.0, b.1));
             let mut best: Vec<Option<(f64, u32)>> = vec![None; count];
             for run in borders.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1)) {
                 let length: f64 = run.iter().map(|r| r.2).sum();

@@ -190,8 +190,11 @@ fn turn_alike(soup: &mut Soup) -> Result<usize, ShellFault> {
     }
 }
 
+/// A side as its only triangle runs it, and the triangle.
+type OpenSide = ([u32; 2], u32);
+
 /// Pairs of triangles that bound the same material at a side, and the sides (from, to) that are left over.
-fn mates(soup: &Soup) -> (Vec<[u32; 2]>, Vec<([u32; 2], u32)>, usize) {
+fn mates(soup: &Soup) -> (Vec<[u32; 2]>, Vec<OpenSide>, usize) {
     let all = uses(&soup.triangles);
     let (mut pairs, mut open, mut forked) = (Vec::new(), Vec::new(), 0);
     for run in runs(&all) {
@@ -311,7 +314,7 @@ fn close_holes(soup: &mut Soup, mended: &mut Mended) -> Result<(), ShellFault> {
 }
 
 /// Chains of open sides. A chain that comes back to a vertex it has passed is cut there, so that loops that touch in a point are two.
-fn loops(open: &[([u32; 2], u32)]) -> Vec<Vec<u32>> {
+fn loops(open: &[OpenSide]) -> Vec<Vec<u32>> {
     let mut from: BTreeMap<u32, Vec<u32>> = BTreeMap::new();
     for &([a, b], _) in open {
         from.entry(a).or_default().push(b);

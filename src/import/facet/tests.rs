@@ -162,7 +162,7 @@ fn a_shell_in_a_shell_is_a_void_and_one_in_that_a_solid() {
 #[test]
 fn boxes_that_share_an_edge_are_two_solids() {
     let a = cuboid(DVec3::ZERO, DVec3::ONE);
-    let b = cuboid(DVec3::new(1.0, 1.0, 0.0), DVec3::new(2.0, 2.0, 1.0, true));
+    let b = cuboid(DVec3::new(1.0, 1.0, 0.0), DVec3::new(2.0, 2.0, 1.0));
     let (welded, _) = weld(&together(&a, &b));
     assert_eq!(welded.points.len(), 14);
     let (found, mended) = solids(welded).unwrap();
@@ -197,10 +197,7 @@ fn a_small_hole_is_closed_and_a_large_one_refused() {
 
 #[test]
 fn bodies_that_cut_each_other_are_one_solid_and_said_so() {
-    let other = cuboid(
-        DVec3::new(10.0, 10.0, 1.0, true),
-        DVec3::new(20.0, 20.0, 9.0),
-    );
+    let other = cuboid(DVec3::new(10.0, 10.0, 1.0), DVec3::new(20.0, 20.0, 9.0));
     let (found, _) = solids(together(&plate(), &other)).unwrap();
     assert_eq!(found.len(), 1);
     assert!(matches!(found[0].cut, Some(ShellFault::Overlap { .. })));
@@ -303,7 +300,11 @@ fn facets_of_any_shape_come_to_the_wanted_size() {
     assert_eq!(coarse.soup.triangles.len(), coarse.region.len());
     let found = volume(&coarse.soup);
     let truth = volume(&tube(48, 20.0, 18.0, 200.0));
-    assert!((found - truth).abs() < 1e-3 * truth, "{found} {truth}");
+    // Between the chords and the circles: 48 chords have 0.3 % less.
+    assert!(
+        found - truth > -1e-3 * truth && found - truth < 3e-3 * truth,
+        "{found} {truth}"
+    );
     let euler = |s: &Soup| {
         let mut sides: Vec<[u32; 2]> = s
             .triangles
