@@ -1,7 +1,7 @@
 //! Facet input: STL, OBJ and PLY in, solids with faces, curves and tets out.
 //!
 //! Order: read ([`stl`], [`obj`], [`ply`]), weld ([`weld`]), turn outwards, close small holes and part into solids ([`shells`]), find the faces ([`segment`]),
-//! bring the facets to a size that a wall can be filled at ([`remesh`]), fill by gmsh ([`fill`]).
+//! bring the facets to a size that a wall can be filled at ([`remesh`]), fill by gmsh or fTetWild (`fill`).
 //!
 //! Guarantees: no bytes make it panic; what is mended is counted in [`Imported::attempts`] where it was more than welding; what is no solid is refused with
 //! the reason, the places and the counts. Limits: facet files name no unit, mm are assumed; faces are as good as the tessellation.

@@ -3,7 +3,7 @@
 //! A facet file has triangles as long as the part and as thin as rounding; tets over such facets do not join the two sides of a wall. So sides longer than the
 //! wanted length are halved, short ones contracted into one of their ends, and the rest flipped towards Delaunay's criterion, in rounds
 //! (M. Botsch, L. Kobbelt, A remeshing approach to multiresolution modeling, SGP 2004, doi:10.1145/1057432.1057457, without its smoothing: no point ever moves).
-//! New points and the middles of sides lie on the smooth surface that the facets stand for, see [`bulge`](super::bulge).
+//! New points and the middles of sides lie on the smooth surface that the facets stand for, see `bulge`.
 //!
 //! Guarantees: the surface stays within the given deviation of where it was at every contraction and flip,
 //! summed up over what came before at the same vertex; borders between regions stay borders, and their corners stay; the topology does not change.
