@@ -3,12 +3,11 @@
 use std::path::PathBuf;
 use std::time::Duration;
 
+use super::facet::shells::ShellFault;
+use super::facet::soup::ReadError;
 use super::msh::MshError;
 use super::piece::PieceError;
 use super::tetwild::{self, TetWildError};
-
-/// The facet formats that [`ImportError::FacetInput`] speaks of.
-pub(super) const FACET_EXTENSIONS: [&str; 4] = ["stl", "obj", "ply", "off"];
 
 /// What an attempt says where the last resort is not installed.
 pub(super) const NO_TETWILD: &str = "no Python with pytetwild";
@@ -50,13 +49,21 @@ pub enum ImportError {
         /// Its extension in lower case; empty where it has none.
         extension: String,
     },
-    /// A facet file (STL, OBJ, PLY).
-    #[error("{}: facet input (.{extension}) is not supported yet", path.display())]
-    FacetInput {
+    /// The bytes of a facet file are not what its format says.
+    #[error("{} cannot be read: {cause}", path.display())]
+    BadFacets {
         /// The input.
         path: PathBuf,
-        /// Its extension in lower case.
-        extension: String,
+        /// Where, and what is wrong there.
+        cause: ReadError,
+    },
+    /// The facets bound no solid.
+    #[error("{} is no solid: {cause}", path.display())]
+    NotASolid {
+        /// The input.
+        path: PathBuf,
+        /// Why, with places and counts.
+        cause: ShellFault,
     },
     /// The file is not what its extension says, or it is cut short.
     #[error("{} is not a CAD file that can be read: {reason}", path.display())]
@@ -169,19 +176,35 @@ impl ImportError {
     pub fn remedy(&self) -> String {
         match self {
             Self::NotFound { .. } => "Check the path and its spelling.".to_owned(),
-            Self::NotAFile { .. } => "Name one CAD file, not a folder.".to_owned(),
+            Self::NotAFile { .. } => "Name one CAD or facet file, not a folder.".to_owned(),
             Self::Empty { .. } => "Export the part from the CAD system again.".to_owned(),
             Self::Unreadable { .. } => {
                 "Check the rights on the file and the free space in the temporary folder (TMPDIR)."
                     .to_owned()
             }
             Self::UnknownFormat { .. } => {
-                "Export the part as STEP (.step, .stp), IGES (.iges, .igs) or OpenCASCADE BREP (.brep)."
+                "Export the part as STEP (.step, .stp), IGES (.iges, .igs), OpenCASCADE BREP (.brep), or as facets (.stl, .obj, .ply)."
                     .to_owned()
             }
-            Self::FacetInput { .. } => {
-                "Export the part as STEP (.step); facets carry no exact surfaces.".to_owned()
+            Self::BadFacets { .. } => {
+                "Export the part again; if the file was copied, check that the copy is complete. STEP (.step) is better than facets where there is a choice."
+                    .to_owned()
             }
+            Self::NotASolid { cause, .. } => match cause {
+                ShellFault::Open { .. } => {
+                    "Close the surface where the part was made (a mesh repair tool does it too), or export a solid as STEP."
+                }
+                ShellFault::NotOrientable { .. } => {
+                    "The surface has one side only or is glued along wrong edges: mend it where the part was made."
+                }
+                ShellFault::NoVolume => {
+                    "A surface has no thickness: thicken it into a solid, or mesh it as a shell directly."
+                }
+                ShellFault::Overlap { .. } => {
+                    "Unite the bodies into one solid (boolean union) where the part was made, or export them one by one."
+                }
+            }
+            .to_owned(),
             Self::NotCad { .. } => {
                 "Export the part as STEP again; if it was copied, check that the copy is complete."
                     .to_owned()

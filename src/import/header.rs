@@ -7,7 +7,15 @@ use std::fs::File;
 use std::io::{Error, ErrorKind, Read, Seek, SeekFrom};
 use std::path::Path;
 
-use super::error::{FACET_EXTENSIONS, ImportError};
+use super::error::ImportError;
+use super::facet::FacetFormat;
+
+/// How a file is to be read.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Format {
+    Cad(CadFormat),
+    Facets(FacetFormat),
+}
 
 /// A CAD format that gmsh reads.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -32,7 +40,7 @@ impl CadFormat {
 const WINDOW: u64 = 64 * 1024;
 
 /// The format of a file that looks like one of that format.
-pub(super) fn look_at(path: &Path) -> Result<CadFormat, ImportError> {
+pub(super) fn look_at(path: &Path) -> Result<Format, ImportError> {
     let path_buf = || path.to_path_buf();
     let unreadable = |cause: Error| match cause.kind() {
         ErrorKind::NotFound => ImportError::NotFound { path: path_buf() },
@@ -56,22 +64,18 @@ pub(super) fn look_at(path: &Path) -> Result<CadFormat, ImportError> {
         "step" | "stp" | "p21" => CadFormat::Step,
         "iges" | "igs" => CadFormat::Iges,
         "brep" | "brp" => CadFormat::Brep,
-        e if FACET_EXTENSIONS.contains(&e) => {
-            return Err(ImportError::FacetInput {
-                path: path_buf(),
-                extension,
-            });
-        }
-        _ => {
-            return Err(ImportError::UnknownFormat {
-                path: path_buf(),
-                extension,
-            });
+        e => {
+            return FacetFormat::of_extension(e)
+                .map(Format::Facets)
+                .ok_or_else(|| ImportError::UnknownFormat {
+                    path: path_buf(),
+                    extension: extension.clone(),
+                });
         }
     };
     let (head, tail) = ends(path, meta.len()).map_err(unreadable)?;
     match fault(format, &head, &tail) {
-        None => Ok(format),
+        None => Ok(Format::Cad(format)),
         Some(reason) => Err(ImportError::NotCad {
             path: path_buf(),
             reason: reason.to_owned(),
@@ -135,7 +139,7 @@ fn fault(format: CadFormat, head: &[u8], tail: &[u8]) -> Option<&'static str> {
 mod tests {
     use super::*;
 
-    fn look(name: &str, bytes: &[u8]) -> Result<CadFormat, ImportError> {
+    fn look(name: &str, bytes: &[u8]) -> Result<Format, ImportError> {
         let dir = tempfile::tempdir().unwrap();
         let path = dir.path().join(name);
         std::fs::write(&path, bytes).unwrap();
@@ -146,7 +150,7 @@ mod tests {
     fn a_whole_step_file_passes_in_any_case_of_its_extension() {
         let text = b"ISO-10303-21;\nHEADER;\nENDSEC;\nDATA;\nENDSEC;\nEND-ISO-10303-21;\n";
         for name in ["a.step", "a.STP", "a b'\"c.Step"] {
-            assert_eq!(look(name, text).unwrap(), CadFormat::Step);
+            assert_eq!(look(name, text).unwrap(), Format::Cad(CadFormat::Step));
         }
     }
 
@@ -173,8 +177,8 @@ mod tests {
             Err(ImportError::UnknownFormat { .. })
         ));
         assert!(matches!(
-            look("a.stl", b"solid"),
-            Err(ImportError::FacetInput { .. })
+            look("a.off", b"OFF"),
+            Err(ImportError::UnknownFormat { .. })
         ));
         for (name, text) in [
             ("text.step", "hello"),
@@ -194,7 +198,10 @@ mod tests {
     fn an_iges_file_begins_with_s_and_ends_with_t_in_column_73() {
         let line = |letter| format!("{:<72}{letter}{:>7}\n", "text", 1);
         let whole = line('S') + &line('G') + &line('T');
-        assert_eq!(look("a.igs", whole.as_bytes()).unwrap(), CadFormat::Iges);
+        assert_eq!(
+            look("a.igs", whole.as_bytes()).unwrap(),
+            Format::Cad(CadFormat::Iges)
+        );
         let cut = line('S') + &line('G');
         assert!(matches!(
             look("a.igs", cut.as_bytes()),

@@ -1,7 +1,8 @@
-//! Import: a CAD file in, one [`Piece`] a solid out.
+//! Import: a CAD or facet file in, one [`Piece`] a solid out.
 //!
-//! STEP, IGES and OpenCASCADE BREP go through one run of the `gmsh` command an attempt (their order: `script.rs`; the last: `last_resort.rs`): it reads and heals the file, converts the unit to mm,
-//! tessellates every face with six-node triangles and fills the volume with tets; its binary mesh is read here.
+//! STEP, IGES and OpenCASCADE BREP go through one run of the `gmsh` command an attempt (their order: `script.rs`; the last: `last_resort.rs`): it reads and
+//! heals the file, converts the unit to mm, tessellates every face with six-node triangles and fills the volume with tets; its binary mesh is read here. STL,
+//! OBJ and PLY are read here, see [`facet`].
 //!
 //! Guarantees: every piece is closed, outward oriented and filled, and its facets are exactly the boundary of its tets (see [`piece`]). The result
 //! depends on the file and the options only, not on how many threads this program uses, but for a part that only fTetWild fills: its fillings
@@ -14,6 +15,7 @@
 //! Reference: C. Geuzaine, J.-F. Remacle, "Gmsh: a three-dimensional finite element mesh generator", IJNME 79 (2009), doi:10.1002/nme.2579.
 
 mod error;
+pub mod facet;
 mod gmsh;
 mod header;
 mod last_resort;
@@ -93,7 +95,7 @@ pub struct Imported {
     pub attempts: Vec<String>,
 }
 
-/// Reads a CAD file and fills its solids.
+/// Reads a CAD or facet file and fills its solids.
 ///
 /// # Errors
 /// See [`ImportError`]; each has a remedy.
@@ -110,7 +112,10 @@ pub fn import_cad_told(
     options: &ImportOptions,
     tell: &mut dyn FnMut(&str),
 ) -> Result<Imported, ImportError> {
-    let format = header::look_at(path)?;
+    let format = match header::look_at(path)? {
+        header::Format::Cad(format) => format,
+        header::Format::Facets(format) => return facet::import_facets(path, format, options, tell),
+    };
     let launcher = Launcher::find(options.gmsh.as_deref())?;
     let here = |cause| ImportError::Unreadable {
         path: std::env::temp_dir(),
