@@ -16,7 +16,7 @@ demo: .venv/.run-ready
 
 test: .venv/.test-ready
 	tools/with-tools.sh cargo test --locked --no-fail-fast --lib --bins \
-		--test architecture --test attempts --test bad_input --test bad_solids --test cli --test import
+		--test architecture --test attempts --test bad_input --test bad_solids --test cli --test facets --test import
 	tools/with-tools.sh cargo test --locked --no-fail-fast --test export
 	tools/with-tools.sh cargo test --locked --no-fail-fast --test fixtures
 

@@ -45,12 +45,12 @@ pub enum Verb {
 /// What is read, and with which tool.
 #[derive(Args, Debug)]
 pub struct SourceArgs {
-    /// The part: a STEP file (also IGES or BREP)
+    /// The part: a STEP file (also IGES, BREP, STL, OBJ or PLY)
     #[arg(value_name = "IN", value_hint = ValueHint::FilePath)]
     pub input: PathBuf,
     #[command(flatten)]
     pub tool: ToolArgs,
-    /// Longest that gmsh may take, in seconds [default: 60]
+    /// Longest that the import may take, in seconds [default: 90]
     #[arg(long, value_name = "SECONDS", allow_hyphen_values = true, value_parser = seconds)]
     pub time_limit: Option<Duration>,
     /// Threads to work with [default: one a core]
