@@ -20,7 +20,7 @@ use super::gmsh::{absolute, on_path};
 use super::process::{self, Ended, Limits};
 
 /// How to install what is missing.
-pub const INSTALL: &str = "python3 -m venv .venv && .venv/bin/pip install pytetwild==0.4.2, or name a Python that has it with MIDSHELL_PYTHON";
+pub const INSTALL: &str = "python3 -m venv .venv && .venv/bin/pip install pytetwild pyvista==0.4.2, or name a Python that has it with MIDSHELL_PYTHON";
 
 /// Long enough for a cold disk.
 const IMPORT_LIMIT: Duration = Duration::from_secs(30);
