@@ -229,11 +229,13 @@ def draw(name, d):
             out, _ = o.cut([(2, o.addRectangle(-23, -23, 1, 46, 46))], [(2, o.addDisk(0, 0, 1, 13, 13))])
             d.add([k for _, k in out], 2.0)
     elif name == "perforated":
-        tools = [o.addDisk(5 * i, 5 * j, 1, 1.2, 1.2) for i in range(1, 13) for j in range(1, 11)]
-        out, _ = o.cut([(2, o.addRectangle(0, 0, 1, 65, 55))], [(2, k) for k in tools])
-        d.add([k for _, k in out], 2.0)
+        tools = [o.addDisk(6 * i, 6 * j, 0.75, 1.2, 1.2) for i in range(1, 13) for j in range(1, 11)]
+        out, _ = o.cut([(2, o.addRectangle(0, 0, 0.75, 78, 66))], [(2, k) for k in tools])
+        d.add([k for _, k in out], 1.5)
     elif name == "slots":
-        tools = [o.addRectangle(x - 2, 8 * j - 1, 1, 28, 4, -1, 1.9999999) for x in (10, 46) for j in range(1, 6)]
+        tools = []
+        for x, y in ((x, 1 + 8 * j) for x in (10, 46) for j in range(1, 6)):
+            tools += [o.addRectangle(x, y - 2, 1, 24, 4), o.addDisk(x, y, 1, 2, 2), o.addDisk(x + 24, y, 1, 2, 2)]
         out, _ = o.cut([(2, o.addRectangle(0, 0, 1, 80, 50))], [(2, k) for k in tools])
         d.add([k for _, k in out], 2.0)
     elif name == "spiral":
@@ -246,8 +248,12 @@ def draw(name, d):
         d.sweep([o.addLine(ends[0], k[0]), o.addSpline(k), o.addLine(k[-1], ends[1])], (0, 0, 10), 4.0)
     elif name == "c_tube":
         d.spin([d.line((18, 0, 0), (18, 0, 24))], 2 * pi - pi / 9, 4.0)
+    elif name == "one_face_ring":
+        half = lambda z: np.where(z < 7.5, 2 * np.sqrt(np.maximum(1 - z * z / 60, 0)), 8 - z)
+        d.sweep([o.addCircle(0, 0, -8, 10)], (0, 0, 16), lambda x, y, z: 2 * half(np.abs(z)))
     elif name == "hollow_sphere":
-        d.spin([o.addCircleArc(o.addPoint(0, 0, -8), o.addPoint(0, 0, 0), o.addPoint(0, 0, 8))], 2 * pi, 6.0)
+        k = [o.addPoint(*p) for p in ((0, 0, -10), (10, 0, 0), (0, 0, 10), (0, 0, 0))]
+        d.spin([o.addCircleArc(k[0], k[3], k[1]), o.addCircleArc(k[1], k[3], k[2])], 2 * pi, 4.0)
     elif name == "bottle":
         c = math.sqrt(0.5)
         s = 4.5 / c - 8 * (1 / c - 1)
