@@ -210,7 +210,7 @@ def draw(name, d):
     elif name in ("fillet_one_side", "chamfer_t"):
         ribs(d, 60, 40, 3, 3.0, 20, 2.0)
     elif name == "fillet_wide":
-        ribs(d, 20, 140, 1.5, 1.5, 70, 1.5)
+        ribs(d, 20, 160, 1.5, 1.5, 80, 1.5)
     elif name == "flange_thin_web_thick":
         ribs(d, 60, 70, 2, 2.0, 40, 6.0)
     elif name == "rib_draft":
@@ -248,12 +248,9 @@ def draw(name, d):
         d.sweep([o.addLine(ends[0], k[0]), o.addSpline(k), o.addLine(k[-1], ends[1])], (0, 0, 10), 4.0)
     elif name == "c_tube":
         d.spin([d.line((18, 0, 0), (18, 0, 24))], 2 * pi - pi / 9, 4.0)
-    elif name == "one_face_ring":
-        half = lambda z: np.where(z < 7.5, 2 * np.sqrt(np.maximum(1 - z * z / 60, 0)), 8 - z)
-        d.sweep([o.addCircle(0, 0, -8, 10)], (0, 0, 16), lambda x, y, z: 2 * half(np.abs(z)))
     elif name == "hollow_sphere":
         k = [o.addPoint(*p) for p in ((0, 0, -10), (10, 0, 0), (0, 0, 10), (0, 0, 0))]
-        d.spin([o.addCircleArc(k[0], k[3], k[1]), o.addCircleArc(k[1], k[3], k[2])], 2 * pi, 4.0)
+        d.spin([o.addCircleArc(k[0], k[3], k[1]), o.addCircleArc(k[1], k[3], k[2])], 2 * pi, 5.0)
     elif name == "bottle":
         c = math.sqrt(0.5)
         s = 4.5 / c - 8 * (1 / c - 1)
