@@ -262,9 +262,9 @@ def draw(name, d):
         line = lambda i: o.addLine(k[i], k[i + 1])
         d.spin([line(0), arc(1, 0), line(2), arc(3, 1), line(4), arc(5, 2), line(6)], 2 * pi, 4.0)
     elif name == "two_solids":
-        for y, a, h in ((0, 40, 30), (45, 20, 15)):
-            d.rect((1.5, y, 1.5), (a - 1.5, 0, 0), (0, 25, 0), 3.0)
-            d.rect((1.5, y, 1.5), (0, 0, h - 1.5), (0, 25, 0), 3.0)
+        for y, a, h in ((0, 40, 30), (20, 20, 15)):
+            d.rect((1.5, y, 1.5), (a - 1.5, 0, 0), (0, 15, 0), 3.0)
+            d.rect((1.5, y, 1.5), (0, 0, h - 1.5), (0, 15, 0), 3.0)
     elif name == "five_arms":
         for i in range(5):
             d.rect((0, 0, 0), (25 * math.cos(i * 2 * pi / 5), 25 * math.sin(i * 2 * pi / 5), 0), (0, 0, 30), 3.0)
