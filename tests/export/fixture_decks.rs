@@ -1,4 +1,4 @@
-//! Every fixture's CalculiX deck, as `midshell mesh` writes it, reads and solves a static step.
+//! The CalculiX deck of every fixture whose facts are met, as `midshell mesh` writes it, reads and solves a static step.
 
 use super::common::{self, Wanted, facts::Facts, step};
 use super::deck::{Deck, Solved};
@@ -9,8 +9,8 @@ use std::collections::BTreeSet;
 use std::time::Duration;
 
 macro_rules! fixtures {
-    ($($name:ident),* $(,)?) => {
-        const NAMES: &[&str] = &[$(stringify!($name)),*];
+    (met: [$($name:ident),* $(,)?], unmet: [$($unmet:ident),* $(,)?] $(,)?) => {
+        const NAMES: &[&str] = &[$(stringify!($name),)* $(stringify!($unmet)),*];
         $(#[test]
         fn $name() {
             deck_solves(stringify!($name));

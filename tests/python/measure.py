@@ -88,7 +88,10 @@ def walls(solid, mesh, rng):
     if len(mesh.free):
         parts = 4
         points = mesh.along(mesh.free, parts)
-        limit = np.repeat(0.2 * mesh.thick_at(mesh.free), parts + 1)
+        # where a wall ends in an edge its thickness goes to nothing, but not the chord errors of the solid's tessellation: 10 degrees and
+        # `thickest` at most
+        chord = (1 - np.cos(np.radians(5))) / np.radians(10) * solid.thickest
+        limit = np.repeat(np.maximum(0.2 * mesh.thick_at(mesh.free), chord), parts + 1)
         far = ~np.isfinite(distance_to_triangles(points, limit, solid.X, solid.tri))
         # where a blind rib dives into the plate its rim leaves the rib's end face: half the plate's thickness deep, or a little
         # more under a fillet

@@ -197,6 +197,90 @@ def draw(name, d):
         lift = lambda p: np.c_[p[:, :2], (p[:, 0] ** 2 + p[:, 1] ** 2) / 40]
     elif name == "two_thickness":
         ribs(d, 80, 60, 6, 6.0, 25, 1.0)
+    elif name == "rounded_rim":
+        d.rect((0, 0, 1.5), (40, 0, 0), (0, 70, 0), lambda x, y, z: 3 - 2 * np.maximum(1.5 - y, 0))
+    elif name == "blade":
+        k = 2 * 3 / 60
+        d.rect((-3, 0, 0), (3, 0, 0), (0, 30, 0), lambda x, y, z: 6 + 2 * x)
+        d.rect((0, 0, 0), (60, 0, 0), (0, 30, 0), lambda x, y, z: (60 - x) * k)
+    elif name == "slanted_rim":
+        d.rect((0, 0, 1.5), (60, 0, 0), (0, 40, 0), 3.0)
+    elif name == "chamfered_rim":
+        d.rect((0, 0, 1.5), (59.7, 0, 0), (0, 40, 0), 3.0)
+    elif name in ("fillet_one_side", "chamfer_t"):
+        ribs(d, 60, 40, 3, 3.0, 20, 2.0)
+    elif name == "fillet_wide":
+        ribs(d, 20, 160, 1.5, 1.5, 80, 1.5)
+    elif name == "flange_thin_web_thick":
+        ribs(d, 60, 70, 2, 2.0, 40, 6.0)
+    elif name == "rib_draft":
+        a = math.radians(2)
+        ribs(d, 60, 40, 3, 3.0, 20, lambda x, y, z: (2 + 2 * (23 - z) * math.tan(a)) * math.cos(a))
+    elif name in ("joggle", "emboss"):
+        # two arcs of radius 5 and the flats at their ends, from (0, z) with a step of `up`
+        def section(first, up, last, z):
+            k = [o.addPoint(x, 0, z + up * h) for x, h in ((0, 0), (first, 0), (first + 3, 1), (first + 6, 2), (last, 2))]
+            a, b = o.addPoint(first, 0, z + 5 * up), o.addPoint(first + 6, 0, z - 3 * up)
+            return [o.addLine(k[0], k[1]), o.addCircleArc(k[1], a, k[2]), o.addCircleArc(k[2], b, k[3]), o.addLine(k[3], k[4])]
+        if name == "joggle":
+            d.sweep(section(20, 1, 46, 1), (0, 12, 0), 2.0)
+        else:
+            d.spin(section(5, -1, 13, 3), 2 * pi, 2.0)
+            out, _ = o.cut([(2, o.addRectangle(-23, -23, 1, 46, 46))], [(2, o.addDisk(0, 0, 1, 13, 13))])
+            d.add([k for _, k in out], 2.0)
+    elif name == "perforated":
+        tools = [o.addDisk(6 * i, 6 * j, 0.75, 1.2, 1.2) for i in range(1, 13) for j in range(1, 11)]
+        out, _ = o.cut([(2, o.addRectangle(0, 0, 0.75, 78, 66))], [(2, k) for k in tools])
+        d.add([k for _, k in out], 1.5)
+    elif name == "slots":
+        tools = []
+        for x, y in ((x, 1 + 8 * j) for x in (10, 46) for j in range(1, 6)):
+            tools += [o.addRectangle(x, y - 2, 1, 24, 4), o.addDisk(x, y, 1, 2, 2), o.addDisk(x + 24, y, 1, 2, 2)]
+        out, _ = o.cut([(2, o.addRectangle(0, 0, 1, 80, 50))], [(2, k) for k in tools])
+        d.add([k for _, k in out], 2.0)
+    elif name == "spiral":
+        b, n = 3.5 / pi, 120
+        q = np.linspace(0, 2.5 * pi, n + 1)
+        at = np.c_[(10 + b * q) * np.cos(q), (10 + b * q) * np.sin(q)]
+        along = np.c_[b * np.cos(q) - at[:, 1], b * np.sin(q) + at[:, 0]] / np.hypot(10 + b * q, b)[:, None]
+        k = [o.addPoint(*p, 0) for p in at]
+        ends = [o.addPoint(*(at[0] - 2 * along[0]), 0), o.addPoint(*(at[-1] + 2 * along[-1]), 0)]
+        d.sweep([o.addLine(ends[0], k[0]), o.addSpline(k), o.addLine(k[-1], ends[1])], (0, 0, 10), 4.0)
+    elif name == "c_tube":
+        d.spin([d.line((18, 0, 0), (18, 0, 24))], 2 * pi - pi / 9, 4.0)
+    elif name == "hollow_sphere":
+        k = [o.addPoint(*p) for p in ((0, 0, -10), (10, 0, 0), (0, 0, 10), (0, 0, 0))]
+        d.spin([o.addCircleArc(k[0], k[3], k[1]), o.addCircleArc(k[1], k[3], k[2])], 2 * pi, 5.0)
+    elif name == "bottle":
+        c = math.sqrt(0.5)
+        s = 4.5 / c - 8 * (1 / c - 1)
+        top = 12 + 8 * c + s * c
+        k = [o.addPoint(x, 0, z) for x, z in ((0, 0), (6, 0), (10, 4), (10, 12), (6 + 4 * c, 12 + 4 * c), (9.5 - 4 * c, top - 4 * c),
+                                              (5.5, top), (5.5, top + 4))]
+        m = [o.addPoint(x, 0, z) for x, z in ((6, 4), (6, 12), (9.5, top))]
+        arc = lambda i, j: o.addCircleArc(k[i], m[j], k[i + 1])
+        line = lambda i: o.addLine(k[i], k[i + 1])
+        d.spin([line(0), arc(1, 0), line(2), arc(3, 1), line(4), arc(5, 2), line(6)], 2 * pi, 4.0)
+    elif name == "two_solids":
+        for y, a, h in ((0, 40, 30), (20, 20, 15)):
+            d.rect((1.5, y, 1.5), (a - 1.5, 0, 0), (0, 15, 0), 3.0)
+            d.rect((1.5, y, 1.5), (0, 0, h - 1.5), (0, 15, 0), 3.0)
+    elif name == "five_arms":
+        for i in range(5):
+            d.rect((0, 0, 0), (25 * math.cos(i * 2 * pi / 5), 25 * math.sin(i * 2 * pi / 5), 0), (0, 0, 30), 3.0)
+    elif name == "rib_shallow":
+        d.rect((0, 0, 1.5), (80, 0, 0), (0, 50, 0), 3.0)
+        k = 40 * math.tan(math.radians(12.5))
+        for y in (k, -k):
+            d.rect((0, 25 - y, 1.5), (80, 2 * y, 0), (0, 0, 16.5), 2.0)
+    elif name == "boss_on_rib":
+        d.rect((-30, -20, 1.5), (60, 0, 0), (0, 40, 0), 3.0)
+        d.sweep([o.addCircle(0, 0, 1.5, 5)], (0, 0, 17.5), 3.0)
+        for u in (1, -1):
+            d.rect((5 * u, 0, 1.5), (25 * u, 0, 0), (0, 0, 11.5), 2.0)
+    elif name == "rib_to_fillet":
+        ribs(d, 60, 90, 3, 3.0, 40, 2.0)
+        d.rect((30, 0, 1.5), (0, 45, 0), (0, 0, 4.5), 1.0)
     else:
         raise SystemExit(f"no ideal mesh for {name}")
     return lift, drop

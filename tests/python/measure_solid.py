@@ -45,7 +45,7 @@ class Solid:
                 tri.append(part)
                 face.append(np.full(len(part), t))
         self.tri, self.face = np.vstack(tri), np.concatenate(face)
-        self._orient()
+        self._orient(volumes)
         a, b, c = (self.X[self.tri[:, i]] for i in range(3))
         cross = np.cross(b - a, c - a)
         self.area = np.linalg.norm(cross, axis=1) / 2
@@ -54,8 +54,8 @@ class Solid:
         self.reach = float(np.linalg.norm(np.stack([a, b, c]) - self.centre, axis=2).max())
         self.tree = cKDTree(self.centre)
 
-    def _orient(self):
-        """all triangles outward: faces are turned to agree across their edges, then each shell by the sign of its volume"""
+    def _orient(self, volumes):
+        """all triangles outward: faces are turned to agree across their edges, then each shell of each solid by the sign of its volume"""
         ends = np.vstack([self.tri[:, [0, 1]], self.tri[:, [1, 2]], self.tri[:, [2, 0]]])
         owner = np.tile(np.arange(len(self.tri)), 3)
         edges, which, uses = np.unique(np.sort(ends, axis=1), axis=0, return_inverse=True, return_counts=True)
@@ -88,10 +88,12 @@ class Solid:
         a, b, c = (self.X[self.tri[:, i]] for i in range(3))
         six = np.sum(a * np.cross(b, c), axis=1)
         volume = {s: six[part == s].sum() / 6 for s in np.unique(part)}
-        outer = max(volume, key=lambda s: abs(volume[s]))
-        for s, v in volume.items():
-            if (v < 0) != (s != outer):  # a void's shell looks into the void
-                self.tri[part == s] = self.tri[part == s][:, ::-1]
+        for solid in volumes:
+            own = {shell[t] for _, t in gmsh.model.getBoundary([(3, solid)], oriented=False)}
+            outer = max(own, key=lambda s: abs(volume[s]))
+            for s in own:
+                if (volume[s] < 0) != (s != outer):  # a void's shell looks into the void
+                    self.tri[part == s] = self.tri[part == s][:, ::-1]
 
     def first_hit(self, p, d, reach):
         """distance and triangle (-1: none) where rays from p along unit d first meet the boundary within reach"""
