@@ -5,15 +5,15 @@
 //!
 //! Where the two sides of a wall meet, its rim lies on their edge, and the nodes take one of the sides.
 //!
-//! Guarantees: topology and positions untouched; only supports are added, only to nodes of rims without a face, and only where a face that is no side of a wall
-//! is within reach. A border further inside ends at a lump, and stays.
+//! Guarantees: topology untouched; supports are only added, only to nodes of rims without a face, and only where a face that is no side of a wall
+//! is within reach; positions change only where a rim dives into another wall. A border further inside ends at a lump, and stays.
 //! Cost: one nearest-point query a bare rim node.
 
 mod meeting;
 
 use crate::geom::placer::Placer;
 use crate::model::brep::Brep;
-use crate::model::complex::{EdgeKind, MidComplex, Support};
+use crate::model::complex::{EdgeKind, MidComplex, Support, faces};
 use crate::model::ids::{FaceId, FacetId, IndexVec, NodeId, TriangleId};
 use crate::model::walls::{Aag, Pairing};
 use crate::spatial::TriangleBvh;
@@ -30,6 +30,8 @@ const PAST: f64 = 0.5;
 const AHEAD: f64 = 0.5;
 /// Faces that are looked at for each node: at the corner of a rim two fillets of the sides and two of the ends meet.
 const LOOKS: usize = 4;
+/// A rim that dives has at most this many nodes without a face: a longer border ends at a lump.
+const LONGEST_DIVE: usize = 12;
 /// Rounds in which neighbours on the rim even out where outwards is: a ragged border looks every way.
 const ROUNDS: usize = 4;
 
@@ -92,7 +94,51 @@ pub fn reach_rims(
             complex.nodes[n].supports.push(Support::Face(face));
         }
     }
+    dive(&mut complex, &rims, placer);
     complex
+}
+
+/// Where a rim dives into another wall no face is left beside it: from its last node on a face it goes straight on to the junction.
+fn dive(complex: &mut MidComplex, rims: &Rims, placer: &dyn Placer) {
+    let has_face = |complex: &MidComplex, n: NodeId| faces(&complex.nodes[n].supports).count() > 0;
+    let ends: Vec<NodeId> = complex
+        .nodes
+        .ids()
+        .filter(|&n| {
+            rims.along[n].len() == 1 && complex.nodes[n].supports.len() > 1 && !has_face(complex, n)
+        })
+        .collect();
+    for end in ends {
+        let mut chain = vec![end, rims.along[end][0]];
+        while let [.., before, last] = chain[..]
+            && walls_only(complex, last)
+            && chain.len() <= LONGEST_DIVE
+        {
+            let Some(&next) = rims.along[last].iter().find(|&&n| n != before) else {
+                break;
+            };
+            chain.push(next);
+        }
+        let last = chain[chain.len() - 1];
+        let (from, to) = (complex.nodes[last].point, complex.nodes[end].point);
+        let thickness = complex.nodes[end].supports.iter().filter_map(|s| match s {
+            Support::Mid(w) => placer.thickness(to, *w),
+            Support::Face(_) => None,
+        });
+        let thickest = thickness.fold(0.0, f64::max);
+        let foot = placer.place(from, &complex.nodes[end].supports);
+        // A full thickness deep is the middle of the thickest wall, with as much again for the fillet at its foot.
+        if !has_face(complex, last)
+            || foot.distance(to) > REACH * thickest
+            || foot.distance(from) > REACH * thickest
+        {
+            continue;
+        }
+        let steps = (chain.len() - 1) as f64;
+        for (i, &n) in chain[..chain.len() - 1].iter().enumerate() {
+            complex.nodes[n].point = foot.lerp(from, i as f64 / steps);
+        }
+    }
 }
 
 /// Whether a face is the side of no wall that reaches a place: one face may be the side of a wall and, further on, the lateral face of a flange.
