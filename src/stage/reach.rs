@@ -3,27 +3,30 @@
 //! Where a rim is rounded, no label opposes another near it, and the collapse eats up to the first tets that lie between the two sides: the sheet ends in a ragged
 //! border a little inside the material. Its nodes take the nearest face ahead that is no side of a wall there as a support; placing then moves the rim onto it.
 //!
-//! Where the two sides of a wall meet, its rim lies on their edge, and the nodes take one of the sides.
+//! Where the two sides of a wall meet, its rim lies on their edge, and the nodes take one of the sides, or at a slim edge only move there.
 //!
 //! Guarantees: topology untouched; supports are only added, only to nodes of rims without a face, and only where a face that is no side of a wall
-//! is within reach; positions change only where a rim dives into another wall. A border further inside ends at a lump, and stays.
+//! is within reach; positions change only at slim edges and where a rim
+//! dives into another wall. A border further inside ends at a lump, and stays.
 //! Cost: one nearest-point query a bare rim node.
 
 mod meeting;
 
 use crate::geom::placer::Placer;
 use crate::model::brep::Brep;
-use crate::model::complex::{EdgeKind, MidComplex, Support, faces};
-use crate::model::ids::{FaceId, FacetId, IndexVec, NodeId, TriangleId};
+use crate::model::complex::{EdgeKind, MidComplex, MidNode, Support, faces};
+use crate::model::ids::{FaceId, FacetId, IndexVec, NodeId, TriangleId, WallId};
 use crate::model::walls::{Aag, Pairing};
 use crate::spatial::TriangleBvh;
 use glam::DVec3;
-use meeting::MeetingEdges;
+use meeting::{End, MeetingEdges};
 use rayon::prelude::*;
 use smallvec::SmallVec;
 
 /// How far a rim may be from its face, in thicknesses: a full rounding ends half of one beyond the sides, and a ragged border is as far again inside.
 const REACH: f64 = 1.5;
+/// How far it may be from an edge where the sides of its wall meet: a slim wedge is eaten away where it is thinner than the tets.
+const EDGE_REACH: f64 = 3.0;
 /// A wall does not reach a place that is further than this beyond the end of one of its sides, or where it would be so much thicker, in thicknesses.
 const PAST: f64 = 0.5;
 /// A face is ahead of a rim within this cosine of where the sheet ends there: one that is beside the wall cannot end it.
@@ -56,46 +59,131 @@ pub fn reach_rims(
     let corners: Vec<[DVec3; 3]> = brep.facets.ids().map(|f| brep.corners(f)).collect();
     let bvh = TriangleBvh::new(&corners);
     let meeting = MeetingEdges::new(brep, aag, pairing);
-    let found: Vec<Option<FaceId>> = bare
+    let look = Look {
+        brep,
+        pairing,
+        placer,
+        bvh,
+        meeting,
+    };
+    let found: Vec<Option<End>> = bare
         .par_iter()
-        .map(|&n| {
-            let p = complex.nodes[n].point;
-            let &[Support::Mid(wall)] = complex.nodes[n].supports.as_slice() else {
-                return None;
-            };
-            let thickness = placer.thickness(p, wall)?;
-            let side = &pairing.walls.get(wall)?.sides;
-            let outwards = outwards[n].normalize_or_zero();
-            let is_ahead = |way: DVec3| outwards.dot(way) > AHEAD * way.length();
-            let mean = pairing.walls[wall].thickness;
-            if let Some((face, end)) = meeting.nearest(p, wall, REACH * mean)
-                && is_ahead(end - p)
-            {
-                return Some(face);
-            }
-            // Faces that are nearest but not ahead: the fillets beside a wall.
-            let mut beside: SmallVec<[FaceId; LOOKS]> = SmallVec::new();
-            for _ in 0..LOOKS {
-                let near = bvh.nearest_where(p, REACH * thickness, |i| {
-                    let face = brep.facets[FacetId(i as u32)].face;
-                    !beside.contains(&face) && !side.iter().any(|s| s.binary_search(&face).is_ok())
-                })?;
-                let face = brep.facets[FacetId(near.index as u32)].face;
-                if is_ahead(near.point - p) {
-                    return is_lateral(pairing, placer, face, near.point).then_some(face);
-                }
-                beside.push(face);
-            }
-            None
-        })
+        .map(|&n| look.ahead(&complex.nodes[n], outwards[n].normalize_or_zero()))
         .collect();
-    for (n, face) in bare.into_iter().zip(found) {
-        if let Some(face) = face {
+    for (&n, end) in bare.iter().zip(&found) {
+        match *end {
+            Some(End { face: Some(f), .. }) => complex.nodes[n].supports.push(Support::Face(f)),
+            Some(End { face: None, point }) => complex.nodes[n].point = point,
+            None => {}
+        }
+    }
+    let bare: Vec<NodeId> = (bare.into_iter().zip(found))
+        .filter(|(_, end)| end.is_none())
+        .map(|x| x.0)
+        .collect();
+    // A ragged border looks every way: what its neighbours on the rim have found, a node need only have somewhere ahead.
+    loop {
+        let told: Vec<(NodeId, FaceId)> = bare
+            .par_iter()
+            .filter(|&&n| walls_only(&complex, n))
+            .filter_map(|&n| {
+                let own = outwards[n].normalize_or_zero();
+                let beside = rims.along[n].iter();
+                let face = beside
+                    .flat_map(|&m| faces(&complex.nodes[m].supports))
+                    .find(|&f| look.is_ahead(&complex.nodes[n], own, f))?;
+                Some((n, face))
+            })
+            .collect();
+        if told.is_empty() {
+            break;
+        }
+        for (n, face) in told {
             complex.nodes[n].supports.push(Support::Face(face));
         }
     }
     dive(&mut complex, &rims, placer);
     complex
+}
+
+/// What lies ahead of the nodes of rims.
+struct Look<'a> {
+    brep: &'a Brep,
+    pairing: &'a Pairing,
+    placer: &'a dyn Placer,
+    bvh: TriangleBvh,
+    meeting: MeetingEdges,
+}
+
+impl Look<'_> {
+    /// Where the rim of a bare node lies; `outwards`: where the sheet ends.
+    fn ahead(&self, node: &MidNode, outwards: DVec3) -> Option<End> {
+        let (p, wall) = (node.point, only_wall(node)?);
+        let is_ahead = |way: DVec3| outwards.dot(way) > AHEAD * way.length();
+        if let Some(end) = self.end_of_sides(p, wall)
+            && is_ahead(end.point - p)
+        {
+            return Some(end);
+        }
+        let thickness = self.placer.thickness(p, wall)?;
+        // Faces that are nearest but not ahead: the fillets beside a wall.
+        let mut beside: SmallVec<[FaceId; LOOKS]> = SmallVec::new();
+        for _ in 0..LOOKS {
+            let near = self.bvh.nearest_where(p, REACH * thickness, |i| {
+                let face = self.face(i);
+                !beside.contains(&face) && !self.is_side(wall, face)
+            })?;
+            let face = self.face(near.index);
+            if is_ahead(near.point - p) {
+                let lateral = is_lateral(self.pairing, self.placer, face, near.point);
+                return lateral.then_some(End {
+                    face: Some(face),
+                    point: near.point,
+                });
+            }
+            beside.push(face);
+        }
+        None
+    }
+
+    /// Whether this face, on which the rim lies next to the node, is ahead of the node too.
+    fn is_ahead(&self, node: &MidNode, outwards: DVec3, face: FaceId) -> bool {
+        let Some(wall) = only_wall(node) else {
+            return false;
+        };
+        let p = node.point;
+        let end = if self.is_side(wall, face) {
+            self.end_of_sides(p, wall).map(|end| end.point)
+        } else {
+            let thickness = self.placer.thickness(p, wall).unwrap_or(0.0);
+            let near = (self.bvh).nearest_where(p, REACH * thickness, |i| self.face(i) == face);
+            near.map(|n| n.point)
+        };
+        end.is_some_and(|q| outwards.dot(q - p) > 0.0)
+    }
+
+    /// Where the two sides of the wall meet near a place.
+    fn end_of_sides(&self, p: DVec3, wall: WallId) -> Option<End> {
+        let mean = self.pairing.walls.get(wall)?.thickness;
+        self.meeting.nearest(p, wall, EDGE_REACH * mean)
+    }
+
+    fn face(&self, facet: usize) -> FaceId {
+        self.brep.facets[FacetId(facet as u32)].face
+    }
+
+    fn is_side(&self, wall: WallId, face: FaceId) -> bool {
+        let sides = self.pairing.walls.get(wall).map(|w| &w.sides);
+        sides.is_some_and(|s| s.iter().any(|s| s.binary_search(&face).is_ok()))
+    }
+}
+
+/// The wall of a node that lies on one wall and on no face.
+fn only_wall(node: &MidNode) -> Option<WallId> {
+    match node.supports.as_slice() {
+        &[Support::Mid(wall)] => Some(wall),
+        _ => None,
+    }
 }
 
 /// Where a rim dives into another wall no face is left beside it: from its last node on a face it goes straight on to the junction.
@@ -154,7 +242,7 @@ fn is_lateral(pairing: &Pairing, placer: &dyn Placer, face: FaceId, at: DVec3) -
 
 /// Whether a node lies on one wall and on no face.
 fn walls_only(complex: &MidComplex, n: NodeId) -> bool {
-    matches!(complex.nodes[n].supports.as_slice(), [Support::Mid(_)])
+    only_wall(&complex.nodes[n]).is_some()
 }
 
 struct Rims {
@@ -210,8 +298,7 @@ impl Rims {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::model::complex::{MidNode, MidTriangle};
-    use crate::model::ids::WallId;
+    use crate::model::complex::MidTriangle;
     use crate::model::walls::Wall;
     use crate::test_parts::box_brep;
 

@@ -8,11 +8,23 @@ use crate::model::walls::{Aag, Pairing};
 use crate::spatial::TriangleBvh;
 use glam::DVec3;
 
+/// Sides that turn round by more than this, rad, are both too near to the middle for a node to be placed on that and one of them.
+const SLIM_RAD: f64 = 5.0 / 6.0 * std::f64::consts::PI;
+
+/// A place on such an edge.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct End {
+    /// A face that the rim may be said to lie on; none at a slim edge.
+    pub face: Option<FaceId>,
+    /// Where.
+    pub point: DVec3,
+}
+
 /// The segments of all such edges.
 pub(super) struct MeetingEdges {
     bvh: TriangleBvh,
-    /// Of each segment the wall and a face beside it.
-    of: Vec<(WallId, FaceId)>,
+    /// Of each segment the wall, and a face beside it unless it is slim.
+    of: Vec<(WallId, Option<FaceId>)>,
 }
 
 impl MeetingEdges {
@@ -35,7 +47,7 @@ impl MeetingEdges {
                 for ends in &curve.segments {
                     let [a, b] = ends.map(|v| brep.vertices[v]);
                     segments.push([a, b, b]);
-                    of.push((w, f));
+                    of.push((w, (arc.turn_rad < SLIM_RAD).then_some(f)));
                 }
             }
         }
@@ -45,13 +57,16 @@ impl MeetingEdges {
         }
     }
 
-    /// The nearest point of the edges of a wall within `radius`, and the face that stands for the edge.
-    pub fn nearest(&self, p: DVec3, wall: WallId, radius: f64) -> Option<(FaceId, DVec3)> {
+    /// The nearest point of the edges of a wall within `radius`.
+    pub fn nearest(&self, p: DVec3, wall: WallId, radius: f64) -> Option<End> {
         if self.of.is_empty() {
             return None;
         }
         let near = (self.bvh).nearest_where(p, radius, |i| self.of[i].0 == wall)?;
-        Some((self.of[near.index].1, near.point))
+        Some(End {
+            face: self.of[near.index].1,
+            point: near.point,
+        })
     }
 }
 
@@ -98,7 +113,9 @@ mod tests {
         let (solid, pairing) = wedge();
         let edges = MeetingEdges::new(&solid, &adjacency(&solid), &pairing);
         let near = edges.nearest(DVec3::new(1.0, 4.0, 0.1), WallId(0), 2.0);
-        assert_eq!(near, Some((FaceId(0), DVec3::new(0.0, 4.0, 0.0))));
+        // Nine degrees between the sides: no face stands for the edge.
+        let point = DVec3::new(0.0, 4.0, 0.0);
+        assert_eq!(near, Some(End { face: None, point }));
         assert_eq!(
             edges.nearest(DVec3::new(19.0, 4.0, 1.5), WallId(0), 2.0),
             None
