@@ -234,3 +234,46 @@ fn the_middle_climbs_a_step_along_the_parabola() {
         "{rim}"
     );
 }
+
+#[test]
+fn at_the_crest_of_a_rim_the_middle_is_where_both_sides_are_as_far() {
+    // A plate of 4 whose sides end in bevels that face forward more than up and down: their tangent planes define no middle.
+    let outline = [
+        (0.0, -2.0),
+        (20.0, -2.0),
+        (20.4, -0.4),
+        (20.4, 0.4),
+        (20.0, 2.0),
+        (0.0, 2.0),
+    ];
+    let n = outline.len();
+    let points = [0.0, 30.0]
+        .into_iter()
+        .flat_map(|x| outline.map(|(y, z)| DVec3::new(x, y, z)))
+        .collect();
+    let mut polygons: Vec<(Vec<usize>, u32)> = (0..n)
+        .map(|i| {
+            let j = (i + 1) % n;
+            (vec![i, j, n + j, n + i], i as u32)
+        })
+        .collect();
+    polygons.push(((0..n).rev().collect(), n as u32));
+    polygons.push(((n..2 * n).collect(), n as u32 + 1));
+    let solid = crate::test_parts::brep(points, &polygons, |a, b| (a + b) / 2.0);
+    let aag = adjacency(&solid);
+    let mut pairing = Pairing::default();
+    pairing.walls.push(crate::model::walls::Wall {
+        sides: [vec![FaceId(3), FaceId(4)], vec![FaceId(0), FaceId(1)]],
+        thickness: 4.0,
+        group: 0,
+    });
+    let medial = Medial::new(&solid, &aag, &pairing);
+    for z in [-0.3, -0.1, 0.2, 0.35] {
+        let p = DVec3::new(12.0, 20.1, z);
+        let placed = medial.place(p, &[Support::Mid(WallId(0))]);
+        assert!(placed.z.abs() < 1e-6, "{p} {placed}");
+        assert!(placed.distance(p) < 0.5, "{p} {placed}");
+        let normal = medial.normal(p, WallId(0)).unwrap();
+        assert!(normal.z.abs() > 0.5, "{normal}");
+    }
+}

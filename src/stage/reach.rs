@@ -376,6 +376,91 @@ mod tests {
             .collect()
     }
 
+    /// Two planes: the middle of a plate at z = 0, three thick, and that of a rib at y = 0.
+    struct RibOnPlate;
+    impl Placer for RibOnPlate {
+        fn place(&self, start: DVec3, supports: &[Support]) -> DVec3 {
+            let mut p = start;
+            for support in supports {
+                match support {
+                    Support::Mid(WallId(0)) => p.z = 0.0,
+                    Support::Mid(_) => p.y = 0.0,
+                    Support::Face(_) => p.x = 10.0,
+                }
+            }
+            p
+        }
+        fn normal(&self, _: DVec3, _: WallId) -> Option<DVec3> {
+            None
+        }
+        fn thickness(&self, _: DVec3, _: WallId) -> Option<f64> {
+            Some(3.0)
+        }
+        fn curvature_radius(&self, _: DVec3, _: WallId) -> f64 {
+            f64::INFINITY
+        }
+    }
+
+    #[test]
+    fn a_rim_that_dives_into_a_plate_goes_straight_on() {
+        // The rim of a rib comes down at x = 10, has lost its face at z = 1.5, and draws back to x = 8.8 at the junction.
+        let rim = [
+            (10.0, 6.0),
+            (10.0, 3.0),
+            (10.0, 1.8),
+            (9.4, 0.9),
+            (8.8, 0.0),
+        ];
+        let mut complex = MidComplex::default();
+        let mut chain = Vec::new();
+        for (k, (x, z)) in rim.into_iter().enumerate() {
+            let mut supports = vec![Support::Mid(WallId(1))];
+            if k < 3 {
+                supports.push(Support::Face(FaceId(7)));
+            }
+            if k == 4 {
+                supports.insert(0, Support::Mid(WallId(0)));
+            }
+            chain.push(complex.nodes.push(MidNode {
+                point: DVec3::new(x, 0.0, z),
+                supports: supports.into_iter().collect(),
+            }));
+        }
+        let rims = {
+            let mut along = IndexVec::filled(SmallVec::new(), complex.nodes.len());
+            for pair in chain.windows(2) {
+                along[pair[0]].push(pair[1]);
+                along[pair[1]].push(pair[0]);
+            }
+            along[chain[0]].push(chain[0]);
+            Rims {
+                edges: Vec::new(),
+                along,
+            }
+        };
+        let before = complex.clone();
+        dive(&mut complex, &rims, &RibOnPlate);
+        assert!(
+            complex.nodes[chain[4]]
+                .point
+                .distance(DVec3::new(10.0, 0.0, 0.0))
+                < 1e-12
+        );
+        assert!(
+            complex.nodes[chain[3]]
+                .point
+                .distance(DVec3::new(10.0, 0.0, 0.9))
+                < 1e-12
+        );
+        assert_eq!(complex.nodes[chain[2]], before.nodes[chain[2]]);
+        // A rim that ends far from its last face ends at a lump, and stays.
+        let mut far = before.clone();
+        far.nodes[chain[4]].point.x = 2.0;
+        let kept = far.clone();
+        dive(&mut far, &rims, &RibOnPlate);
+        assert_eq!(far, kept);
+    }
+
     #[test]
     fn a_ragged_rim_near_its_face_takes_it_and_one_far_inside_does_not() {
         // Nodes 9 to 17 are the border; those at the short ends look along x too, and 3 mm off is as far as they reach.
