@@ -72,6 +72,26 @@ pub fn orient(complex: &mut MidComplex, placer: &dyn Placer) {
     }
 }
 
+/// Triangles that lie against all their neighbours in the sheet taken together: folded over, whatever the wall's normal is there. The sheets have to be wound
+/// one way.
+pub fn folded(complex: &MidComplex) -> Vec<TriangleId> {
+    let area = |t: TriangleId| {
+        let [a, b, c] = complex.triangles[t].nodes.map(|n| complex.nodes[n].point);
+        (b - a).cross(c - a)
+    };
+    let mut around = IndexVec::filled(DVec3::ZERO, complex.triangles.len());
+    for edge in complex.edges() {
+        if complex.kind(&edge) == EdgeKind::Inner {
+            let (s, t) = (edge.triangles[0], edge.triangles[1]);
+            around[s] += area(t);
+            around[t] += area(s);
+        }
+    }
+    (complex.triangles.ids())
+        .filter(|&t| around[t].dot(area(t)) < 0.0)
+        .collect()
+}
+
 /// Those of the triangles whose normal is turned from their wall's, in the same order.
 pub fn turned(
     complex: &MidComplex,
@@ -89,4 +109,42 @@ pub fn turned(
                 .is_some_and(|n| (b - a).cross(c - a).dot(n) < 0.0)
         })
         .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::complex::{MidNode, MidTriangle};
+    use crate::model::ids::{NodeId, WallId};
+
+    /// A fan of six triangles whose hub lies at `x`; the ring has radius 1.
+    fn fan(x: f64) -> MidComplex {
+        let mut complex = MidComplex::default();
+        let mut node = |x: f64, y: f64| {
+            complex.nodes.push(MidNode {
+                point: DVec3::new(x, y, 0.0),
+                supports: Default::default(),
+            });
+        };
+        node(x, 0.0);
+        for k in 0..6 {
+            let (sin, cos) = (f64::from(k) * std::f64::consts::FRAC_PI_3 + 0.5).sin_cos();
+            node(cos, sin);
+        }
+        for k in 0..6u32 {
+            complex.triangles.push(MidTriangle {
+                nodes: [0, k + 1, (k + 1) % 6 + 1].map(NodeId),
+                wall: WallId(0),
+            });
+        }
+        complex
+    }
+
+    #[test]
+    fn a_triangle_behind_the_hub_is_folded_over_and_none_in_a_star() {
+        assert!(folded(&fan(0.3)).is_empty());
+        // Beyond the ring the triangle of the edge that was passed lies the other way round.
+        let passed = folded(&fan(1.2));
+        assert_eq!(passed.len(), 1, "{passed:?}");
+    }
 }

@@ -261,7 +261,10 @@ fn at_the_crest_of_a_rim_the_middle_is_where_both_sides_are_as_far() {
     polygons.push(((n..2 * n).collect(), n as u32 + 1));
     let solid = crate::test_parts::brep(points, &polygons, |a, b| (a + b) / 2.0);
     let aag = adjacency(&solid);
-    let mut pairing = Pairing::default();
+    let mut pairing = Pairing {
+        side: IndexVec::filled(None, solid.faces.len()),
+        ..Pairing::default()
+    };
     pairing.walls.push(crate::model::walls::Wall {
         sides: [vec![FaceId(3), FaceId(4)], vec![FaceId(0), FaceId(1)]],
         thickness: 4.0,

@@ -14,16 +14,18 @@ pub use inspect::inspect;
 pub use report::{RunReport, SolidReport};
 
 use crate::charts;
+use crate::geom::orient;
 use crate::geom::placer::Placer;
 use crate::import::{ImportOptions, Piece, import_cad_told};
 use crate::medial::Medial;
 use crate::model::brep::Brep;
 use crate::model::complex::MidComplex;
 use crate::model::element_shape::ElementShape;
-use crate::model::ids::WallId;
+use crate::model::ids::{TriangleId, WallId};
 use crate::model::report::Profile;
 use crate::model::shell::ShellMesh;
 use crate::options::MeshOptions;
+use crate::stage::fair::FairStats;
 use crate::stage::remesh::RemeshOptions;
 use crate::stage::{audit, fair, prune, quads, quality, remesh, shell, size};
 use clock::Clock;
@@ -150,7 +152,8 @@ fn mesh_solid(
     });
     dump.complex("charted", &complex)?;
     let complex = clock.time("polish", || {
-        remesh::polish(complex, &field, &medial, &options)
+        let complex = remesh::polish(complex, &field, &medial, &options);
+        mended(complex, &medial)
     });
     dump.complex("polished", &complex)?;
     let mesh = clock.time("shell", || {
@@ -189,22 +192,46 @@ fn untangled(found: &MidSurface, medial: &Medial<'_>, clock: &mut Clock<'_>) -> 
         let (complex, _) = fair::fair(found.complex.clone(), medial);
         let complex = connected(complex, |c| remesh::merge_strips(c, &thickness, medial));
         // Where strips have become curves, what hung between them is a fin.
-        let (mut complex, _) = prune::prune(complex, medial);
-        for round in 0..KNOT_ROUNDS {
-            let again = if round == 0 {
-                fair::fair
-            } else {
-                fair::fair_again
-            };
-            let (untangled, stats) = again(complex, medial);
-            complex = untangled;
-            if stats.turned_after == 0 {
-                break;
-            }
-            complex = connected(complex, |c| remesh::contract_turned(c, medial));
-        }
-        complex
+        let (complex, _) = prune::prune(complex, medial);
+        unknotted(fair::fair(complex, medial), medial).0
     })
+}
+
+/// Contracts what is still turned and untangles again, in turns; with how many turned triangles are left.
+fn unknotted(
+    (mut complex, mut stats): (MidComplex, FairStats),
+    medial: &Medial<'_>,
+) -> (MidComplex, usize) {
+    for _ in 1..KNOT_ROUNDS {
+        if stats.turned_after == 0 {
+            break;
+        }
+        complex = connected(complex, |c| remesh::contract_turned(c, medial));
+        (complex, stats) = fair::fair_again(complex, medial);
+    }
+    (complex, stats.turned_after)
+}
+
+/// A finished complex with fewer turned or folded triangles, if it can be had.
+fn mended(mut complex: MidComplex, medial: &Medial<'_>) -> MidComplex {
+    let count = |c: &MidComplex| {
+        let all: Vec<TriangleId> = c.triangles.ids().collect();
+        orient::turned(c, &all, medial).len() + orient::folded(c).len()
+    };
+    let mut left = count(&complex);
+    for _ in 0..KNOT_ROUNDS {
+        if left == 0 {
+            break;
+        }
+        let next = connected(complex.clone(), |c| remesh::contract_turned(c, medial));
+        let (next, _) = fair::fair_again(next, medial);
+        let now = count(&next);
+        if now >= left {
+            break;
+        }
+        (complex, left) = (next, now);
+    }
+    complex
 }
 
 /// The complex without what is far smaller than an element.

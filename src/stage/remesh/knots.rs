@@ -6,7 +6,7 @@
 
 use super::contract::keeps_homotopy;
 use super::surface::{Surface, key};
-use crate::geom::orient::turned;
+use crate::geom::orient::{folded, turned};
 use crate::geom::placer::Placer;
 use crate::model::complex::{EdgeKind, MidComplex, faces};
 use crate::model::ids::{IndexVec, NodeId, TriangleId};
@@ -14,7 +14,10 @@ use crate::model::ids::{IndexVec, NodeId, TriangleId};
 /// Contracts an edge of every triangle whose normal is turned from its wall's, in a complex whose sheets are wound one way.
 pub fn contract_turned(complex: MidComplex, placer: &dyn Placer) -> MidComplex {
     let all: Vec<TriangleId> = complex.triangles.ids().collect();
-    let turned = turned(&complex, &all, placer);
+    let mut turned = turned(&complex, &all, placer);
+    turned.extend(folded(&complex));
+    turned.sort_unstable();
+    turned.dedup();
     let fixed = fixed(&complex);
     let mut surface = Surface::new(complex);
     for t in turned {
