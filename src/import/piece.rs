@@ -145,6 +145,11 @@ fn build_piece(msh: &Msh, volume: &MshEntity) -> Result<Piece, PieceError> {
     let tets = Tets {
         cells: tets.iter().map(|t| t.map(vertex)).collect(),
     };
+    checked(solid, brep, tets)
+}
+
+/// A piece whose two halves are sound; `solid`: its tag, for the error.
+pub(super) fn checked(solid: i32, brep: Brep, tets: Tets) -> Result<Piece, PieceError> {
     let faults = brep.check();
     if !faults.is_empty() {
         return Err(PieceError::Brep { solid, faults });

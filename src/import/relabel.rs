@@ -13,7 +13,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::Piece;
-use super::piece::PieceError;
+use super::piece::{PieceError, checked};
 use super::pinch::{boundary, opened};
 use super::skin::{Skin, SkinCurve};
 use super::tetwild::Filling;
@@ -101,15 +101,7 @@ pub(super) fn relabel(skin: &Skin, filling: &Filling, envelope: f64) -> Result<P
     let tets = Tets {
         cells: cells.map(|t| t.map(|v| vertex_of[v as usize])).collect(),
     };
-    let faults = brep.check();
-    if !faults.is_empty() {
-        return Err(PieceError::Brep { solid, faults });
-    }
-    let faults = tets.check(brep.vertices.len());
-    if !faults.is_empty() {
-        return Err(PieceError::Tets { solid, faults });
-    }
-    Ok(Piece { brep, tets })
+    checked(solid, brep, tets)
 }
 
 /// A curve's number in the skin, where it has one, and the two faces that meet there.

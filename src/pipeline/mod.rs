@@ -214,13 +214,17 @@ fn unknotted(
 
 /// A finished complex with fewer turned or folded triangles, if it can be had.
 fn mended(mut complex: MidComplex, medial: &Medial<'_>) -> MidComplex {
+    // What is folded over stops a solver; what only leans from its wall's normal may be a coarse bend.
     let count = |c: &MidComplex| {
         let all: Vec<TriangleId> = c.triangles.ids().collect();
-        orient::turned(c, &all, medial).len() + orient::folded(c).len()
+        (
+            orient::folded(c).len(),
+            orient::turned(c, &all, medial).len(),
+        )
     };
     let mut left = count(&complex);
     for _ in 0..KNOT_ROUNDS {
-        if left == 0 {
+        if left == (0, 0) {
             break;
         }
         let next = connected(complex.clone(), |c| remesh::contract_turned(c, medial));

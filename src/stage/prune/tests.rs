@@ -2,18 +2,15 @@ use super::*;
 use crate::model::complex::{MidNode, MidTriangle, Support};
 use crate::model::ids::WallId;
 
-/// Wall 0 is the plane z = 0, wall 1 the plane y = 0; both end at |x| = 100 and are one thick.
-struct Planes;
-impl Placer for Planes {
+/// Wall 0 is the plane z = 0, wall 1 a plane with this normal; both end at |x| = 100 and are one thick.
+struct Walls(DVec3);
+const PLANES: Walls = Walls(DVec3::Y);
+impl Placer for Walls {
     fn place(&self, start: DVec3, _: &[Support]) -> DVec3 {
         start
     }
     fn normal(&self, _: DVec3, wall: WallId) -> Option<DVec3> {
-        Some(if wall == WallId(0) {
-            DVec3::Z
-        } else {
-            DVec3::Y
-        })
+        Some(if wall == WallId(0) { DVec3::Z } else { self.0 })
     }
     fn thickness(&self, _: DVec3, _: WallId) -> Option<f64> {
         Some(1.0)
@@ -72,7 +69,7 @@ fn a_fin_that_doubles_its_plate_goes_and_the_plate_is_as_before() {
     let edge = line(&mut complex, 0.5, 0.02);
     strip(&mut complex, 0, &middle, &edge);
     let euler = complex.euler();
-    let (pruned, stats) = prune(with_supports(complex), &Planes);
+    let (pruned, stats) = prune(with_supports(complex), &PLANES);
     assert_eq!((stats.sheets, stats.triangles), (1, 8));
     assert_eq!(pruned, with_supports(bare));
     assert_eq!(pruned.euler(), euler);
@@ -84,7 +81,7 @@ fn a_rib_that_stands_for_its_own_wall_stays() {
     let top = line(&mut complex, 0.0, 1.5);
     strip(&mut complex, 1, &middle, &top);
     let complex = with_supports(complex);
-    let (pruned, stats) = prune(complex.clone(), &Planes);
+    let (pruned, stats) = prune(complex.clone(), &PLANES);
     assert_eq!(stats, PruneStats::default());
     assert_eq!(pruned, complex);
 }
@@ -94,7 +91,7 @@ fn a_sheet_that_hangs_off_its_wall_at_a_right_angle_goes() {
     let (mut complex, middle) = plate();
     let down = line(&mut complex, 0.0, -0.6);
     strip(&mut complex, 0, &middle, &down);
-    let (pruned, stats) = prune(with_supports(complex), &Planes);
+    let (pruned, stats) = prune(with_supports(complex), &PLANES);
     assert_eq!(stats.sheets, 1);
     assert_eq!(pruned.triangles.len(), 16);
 }
@@ -112,7 +109,7 @@ fn a_strip_between_two_junctions_cannot_go() {
     strip(&mut complex, 0, &low, &ridge);
     strip(&mut complex, 0, &ridge, &high);
     let complex = with_supports(complex);
-    let (pruned, stats) = prune(complex.clone(), &Planes);
+    let (pruned, stats) = prune(complex.clone(), &PLANES);
     assert_eq!(stats, PruneStats::default());
     assert_eq!(pruned.euler(), complex.euler());
 }
@@ -123,7 +120,7 @@ fn a_third_sheet_where_a_wall_meets_itself_goes_however_far_apart() {
     let mut complex = bare.clone();
     let edge = line(&mut complex, 9.0, 0.9);
     strip(&mut complex, 0, &middle, &edge);
-    let (pruned, stats) = prune(with_supports(complex.clone()), &Planes);
+    let (pruned, stats) = prune(with_supports(complex.clone()), &PLANES);
     assert_eq!((stats.sheets, stats.triangles), (1, 8));
     assert_eq!(pruned, with_supports(bare));
     // The foot of another wall is no surplus.
@@ -131,27 +128,9 @@ fn a_third_sheet_where_a_wall_meets_itself_goes_however_far_apart() {
         t.wall = WallId(1);
     }
     let complex = with_supports(complex);
-    let (kept, _) = prune(complex.clone(), &Upright);
+    let (kept, _) = prune(
+        complex.clone(),
+        &Walls(DVec3::new(0.0, -0.1, 1.0).normalize()),
+    );
     assert_eq!(kept, complex);
-}
-
-/// As [`Planes`], with a wall 1 that leans as the strip does.
-struct Upright;
-impl Placer for Upright {
-    fn place(&self, start: DVec3, _: &[Support]) -> DVec3 {
-        start
-    }
-    fn normal(&self, _: DVec3, wall: WallId) -> Option<DVec3> {
-        Some(if wall == WallId(0) {
-            DVec3::Z
-        } else {
-            DVec3::new(0.0, -0.1, 1.0).normalize()
-        })
-    }
-    fn thickness(&self, _: DVec3, _: WallId) -> Option<f64> {
-        Some(1.0)
-    }
-    fn curvature_radius(&self, _: DVec3, _: WallId) -> f64 {
-        f64::INFINITY
-    }
 }
