@@ -227,7 +227,7 @@ fn mended(mut complex: MidComplex, medial: &Medial<'_>) -> MidComplex {
         if left == (0, 0) {
             break;
         }
-        let next = connected(complex.clone(), |c| remesh::contract_turned(c, medial));
+        let next = connected(complex.clone(), |c| remesh::contract_folded(c, medial));
         let (next, _) = fair::fair_again(next, medial);
         let now = count(&next);
         if now >= left {

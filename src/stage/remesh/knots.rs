@@ -14,13 +14,24 @@ use crate::model::ids::{IndexVec, NodeId, TriangleId};
 /// Contracts an edge of every triangle whose normal is turned from its wall's, in a complex whose sheets are wound one way.
 pub fn contract_turned(complex: MidComplex, placer: &dyn Placer) -> MidComplex {
     let all: Vec<TriangleId> = complex.triangles.ids().collect();
-    let mut turned = turned(&complex, &all, placer);
-    turned.extend(folded(&complex));
-    turned.sort_unstable();
-    turned.dedup();
+    let turned = turned(&complex, &all, placer);
+    contract(complex, turned)
+}
+
+/// The same for those that are folded over as well: in a finished mesh, whose triangles are of one size with their neighbours.
+pub fn contract_folded(complex: MidComplex, placer: &dyn Placer) -> MidComplex {
+    let all: Vec<TriangleId> = complex.triangles.ids().collect();
+    let mut wrong = turned(&complex, &all, placer);
+    wrong.extend(folded(&complex));
+    wrong.sort_unstable();
+    wrong.dedup();
+    contract(complex, wrong)
+}
+
+fn contract(complex: MidComplex, wrong: Vec<TriangleId>) -> MidComplex {
     let fixed = fixed(&complex);
     let mut surface = Surface::new(complex);
-    for t in turned {
+    for t in wrong {
         if surface.lives(t)
             && let Some((gone, kept)) = best(&surface, &fixed, t)
         {

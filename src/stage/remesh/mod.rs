@@ -50,7 +50,7 @@ use crate::geom::orient::orient;
 use crate::geom::placer::Placer;
 use crate::model::complex::MidComplex;
 use crate::model::ids::{IndexVec, NodeId, WallId};
-pub use knots::contract_turned;
+pub use knots::{contract_folded, contract_turned};
 pub use strips::merge_strips;
 
 use contract::Bounds;
