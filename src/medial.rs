@@ -9,6 +9,8 @@ mod corner;
 
 mod memory;
 
+mod slant;
+
 use crate::geom::placer::Placer;
 use crate::geom::planes;
 use crate::geom::six_node::{self, ReadyFacet};
@@ -21,6 +23,7 @@ use crate::spatial::{Hint, TriangleBvh};
 use corner::InnerEdges;
 use glam::DVec3;
 use memory::Memory;
+use slant::Slants;
 use smallvec::SmallVec;
 
 /// Steps of the placing iteration: it converges quadratically on smooth walls; the rest guards against cycling at edges.
@@ -68,6 +71,17 @@ struct Known {
     hints: Hints,
     /// The point lies beyond the end by at most this, where that is known.
     beyond: Option<f64>,
+}
+
+/// The tangent plane of a support at a point.
+#[derive(Clone, Copy, Debug)]
+struct Tangent {
+    /// Its unit normal, and how far below it the point is, mm.
+    plane: (DVec3, f64),
+    /// How far beyond the end of the support the point is, mm.
+    beyond: f64,
+    /// Of a wall, the distance between its sides, mm.
+    thickness: f64,
 }
 
 /// A set of facets with its hierarchy.
@@ -130,6 +144,7 @@ pub struct Medial<'a> {
     /// Rims may slide from a lateral face onto one that is tangent to it: such faces share one surface.
     rim_surface: IndexVec<FaceId, u32>,
     rims: Vec<Surface>,
+    slants: Slants,
     facets: IndexVec<FacetId, ReadyFacet>,
     /// The bent ones among the facets that touch each facet.
     bent: IndexVec<FacetId, Vec<FacetId>>,
@@ -214,18 +229,21 @@ impl<'a> Medial<'a> {
         let bent = bent_neighbours(brep, &facets);
         let thickness: IndexVec<WallId, f64> = pairing.walls.iter().map(|w| w.thickness).collect();
         let typical = thickness.iter().sum::<f64>() / (thickness.len().max(1) as f64);
-        Self {
+        let mut medial = Self {
             brep,
             sides,
             thickness,
             rim_surface,
             rims,
+            slants: Slants::default(),
             facets,
             bent,
             curvature,
             typical,
             memory: Memory::new(brep.facets.len()),
-        }
+        };
+        medial.slants = Slants::new(&medial, brep, aag, &pairing.walls);
+        medial
     }
 
     /// The nearest point of a surface; `hint`: where the last search ended, only to make this one faster.
@@ -309,15 +327,9 @@ impl<'a> Medial<'a> {
         Some([a.plane?, b.plane?])
     }
 
-    /// The tangent plane of what a point must lie on, and how far beyond its end the point is; where the surface is flat and the end within
+    /// The tangent plane of what a point must lie on; where the surface is flat and the end within
     /// `room`, only some bound on that.
-    fn plane(
-        &self,
-        p: DVec3,
-        support: Support,
-        known: &mut Known,
-        room: f64,
-    ) -> Option<((DVec3, f64), f64)> {
+    fn plane(&self, p: DVec3, support: Support, known: &mut Known, room: f64) -> Option<Tangent> {
         match support {
             Support::Mid(wall) => {
                 if let Some([a, b]) = self.planes(wall)
@@ -338,10 +350,18 @@ impl<'a> Medial<'a> {
                 if let Some(plane) = rim.plane
                     && let Some(beyond) = within(rim, plane, p, known, room)
                 {
-                    return Some(((plane.normal, plane.depth(p)), beyond));
+                    return Some(Tangent {
+                        plane: (plane.normal, plane.depth(p)),
+                        beyond,
+                        thickness: 0.0,
+                    });
                 }
                 let foot = self.foot(rim, p, &mut known.hints[0])?;
-                Some(((foot.normal, foot.depth(p)), foot.beyond(p)))
+                Some(Tangent {
+                    plane: (foot.normal, foot.depth(p)),
+                    beyond: foot.beyond(p),
+                    thickness: 0.0,
+                })
             }
         }
     }
@@ -359,17 +379,29 @@ impl<'a> Medial<'a> {
         let scale = if scale > 0.0 { scale } else { self.typical };
         let mut p = start;
         let mut planes: SmallVec<[(DVec3, f64); 4]> = SmallVec::new();
+        let mut mids: SmallVec<[(WallId, DVec3, f64); 4]> = SmallVec::new();
+        let mut rims: SmallVec<[(usize, FaceId); 4]> = SmallVec::new();
         let mut known: SmallVec<[Known; 4]> = smallvec::smallvec![Known::default(); supports.len()];
         let mut allowed = None;
         for _ in 0..steps {
             planes.clear();
+            mids.clear();
+            rims.clear();
             let mut beyond = 0.0f64;
             let room = allowed.unwrap_or(REACH * scale);
             for (&support, known) in supports.iter().zip(&mut known) {
-                if let Some((plane, end)) = self.plane(p, support, known, room) {
-                    planes.push(plane);
-                    beyond = beyond.max(end);
+                if let Some(tangent) = self.plane(p, support, known, room) {
+                    match support {
+                        Support::Mid(w) => mids.push((w, tangent.plane.0, tangent.thickness)),
+                        Support::Face(f) => rims.push((planes.len(), f)),
+                    }
+                    planes.push(tangent.plane);
+                    beyond = beyond.max(tangent.beyond);
                 }
+            }
+            for &(i, face) in &rims {
+                let surface = self.rim_surface[face] as usize;
+                planes[i].1 -= self.slants.inset(surface, planes[i].0, &mids);
             }
             if beyond > *allowed.get_or_insert(beyond.max(REACH * scale)) {
                 return start;
@@ -391,12 +423,13 @@ impl<'a> Medial<'a> {
 }
 
 /// The middle between two tangent planes, if they oppose each other.
-fn middle(normals: [DVec3; 2], depths: [f64; 2], beyond: f64) -> Option<((DVec3, f64), f64)> {
+fn middle(normals: [DVec3; 2], depths: [f64; 2], beyond: f64) -> Option<Tangent> {
     let across = normals[0] - normals[1];
     let length = across.length();
-    (length > LEAST_OPPOSITION).then(|| {
-        let plane = (across / length, (depths[0] - depths[1]) / length);
-        (plane, beyond)
+    (length > LEAST_OPPOSITION).then(|| Tangent {
+        plane: (across / length, (depths[0] - depths[1]) / length),
+        beyond,
+        thickness: depths[0] + depths[1],
     })
 }
 
