@@ -5,11 +5,14 @@
 //!
 //! Where the two sides of a wall meet, its rim lies on their edge, and the nodes take one of the sides, or at a slim edge only move there.
 //!
-//! Guarantees: topology untouched; supports are only added, only to nodes of rims without a face, and only where a face that is no side of a wall
-//! is within reach; positions change only at slim edges and where a rim
-//! dives into another wall. A border further inside ends at a lump, and stays.
+//! A rim that lies off the face that it was given goes to the one that its mid-surface meets.
+//!
+//! Guarantees: topology untouched; supports are added only to nodes of rims without a face, and only where a face that is no side of a wall
+//! is within reach; positions change only at slim edges, where a rim
+//! dives into another wall and where it changes its face. A border further inside ends at a lump, and stays.
 //! Cost: one nearest-point query a bare rim node.
 
+mod landing;
 mod meeting;
 
 use crate::geom::placer::Placer;
@@ -52,9 +55,7 @@ pub fn reach_rims(
         .ids()
         .filter(|&n| !rims.along[n].is_empty() && walls_only(&complex, n))
         .collect();
-    if bare.is_empty() {
-        return complex;
-    }
+    let ragged = !bare.is_empty();
     let outwards = rims.outwards(&complex);
     let corners: Vec<[DVec3; 3]> = brep.facets.ids().map(|f| brep.corners(f)).collect();
     let bvh = TriangleBvh::new(&corners);
@@ -102,7 +103,10 @@ pub fn reach_rims(
             complex.nodes[n].supports.push(Support::Face(face));
         }
     }
-    dive(&mut complex, &rims, placer);
+    if ragged {
+        dive(&mut complex, &rims, placer);
+    }
+    landing::land(&mut complex, &rims, &look);
     complex
 }
 
