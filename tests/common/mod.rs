@@ -18,6 +18,7 @@ macro_rules! for_all_fixtures {
                 bspline_bowl,
                 bspline_shell,
                 c_tube,
+                chamfered_rim,
                 closed_box,
                 cone_shell,
                 egg_crate,
@@ -60,7 +61,6 @@ macro_rules! for_all_fixtures {
             unmet: [
                 blade,
                 chamfer_t,
-                chamfered_rim,
                 fillet_one_side,
                 five_arms,
                 rib_shallow,
