@@ -47,6 +47,9 @@ const BULGE: f64 = 4.0 / 3.0;
 /// A foot is plumb within this sine; far above rounding, far below what a wrong facet gives.
 const PLUMB: f64 = 1e-6;
 
+/// The mid-surface of a step bends this near to its inner edge, in thicknesses: the parabola ends within one, and as far again sizes grow.
+const STEP_REACH: f64 = 2.0;
+
 /// Where the last searches on one or two surfaces ended.
 type Hints = [Option<Hint>; 2];
 
@@ -517,11 +520,16 @@ impl Placer for Medial<'_> {
         let radius = |f: &Foot| 1.0 / self.curvature[f.facet];
         // The middle of two concentric arcs; where one side is flat, the other's word counts for half.
         let (r, s) = (radius(&a), radius(&b));
-        if r.is_finite() && s.is_finite() {
+        let bend = if r.is_finite() && s.is_finite() {
             (r + s) / 2.0
         } else {
             2.0 * r.min(s)
-        }
+        };
+        let reach = STEP_REACH * self.thickness[wall];
+        let steps = self.sides[wall]
+            .each_ref()
+            .map(|s| s.inner_edges.radius(point, reach));
+        bend.min(steps[0]).min(steps[1])
     }
 }
 

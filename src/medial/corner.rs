@@ -7,6 +7,7 @@ use super::Foot;
 use crate::model::brep::Brep;
 use crate::model::ids::{FaceId, FacetId, Id, VertexId};
 use crate::model::walls::{Aag, Convexity};
+use crate::spatial::TriangleBvh;
 use glam::DVec3;
 
 /// A foot lies on an edge or a corner within this share of the facet's size: rounding, no more.
@@ -17,6 +18,7 @@ const ON: f64 = 1e-9;
 pub(super) struct InnerEdges {
     /// Ends of the segments, the lower first, sorted.
     segments: Vec<[VertexId; 2]>,
+    bvh: TriangleBvh,
 }
 
 impl InnerEdges {
@@ -32,7 +34,24 @@ impl InnerEdges {
             .collect();
         segments.sort_unstable();
         segments.dedup();
-        Self { segments }
+        let lines: Vec<[DVec3; 3]> = segments
+            .iter()
+            .map(|&[u, v]| [u, v, v].map(|v| brep.vertices[v]))
+            .collect();
+        Self {
+            bvh: TriangleBvh::new(&lines),
+            segments,
+        }
+    }
+
+    /// Radius that the mid-surface bends with near an inner edge, mm; infinite further away than `reach`. It is a parabola with the edge as its focus, whose
+    /// radius at the vertex is twice the distance; so is what is said of places beside it, that sizes taken from it grow steadily.
+    pub(super) fn radius(&self, p: DVec3, reach: f64) -> f64 {
+        if self.segments.is_empty() {
+            return f64::INFINITY;
+        }
+        let near = self.bvh.nearest_within(p, reach);
+        near.map_or(f64::INFINITY, |near| 2.0 * near.distance)
     }
 
     /// The foot of `p` with its normal turned to look at `p`, where it lies on an inner edge; as it is elsewhere.
