@@ -108,3 +108,42 @@ fn faces_across(wall: &Wall, aag: &Aag) -> Vec<FaceId> {
     first.retain(|f| second.binary_search(f).is_ok());
     first
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::complex::Support;
+    use crate::stage::adjacency::adjacency;
+    use crate::stage::pair::{PairOptions, pair, sight};
+    use crate::test_parts::voxels::{Filled, plate};
+
+    /// Where the rim lies at the end x = 40 of a plate 40 x 24 x 2.
+    fn rim(solid: &Filled) -> f64 {
+        let aag = adjacency(&solid.brep);
+        let pairing = pair(
+            &solid.brep,
+            &aag,
+            &sight(&solid.brep),
+            &PairOptions::default(),
+        );
+        let medial = Medial::new(&solid.brep, &aag, &pairing);
+        let end = solid.face(|p| (p.x - (39.0 + p.z)).abs() < 1e-9 || p.x == 40.0);
+        let placed = medial.place(
+            DVec3::new(39.0, 12.0, 1.0),
+            &[Support::Mid(WallId(0)), Support::Face(end)],
+        );
+        assert!((placed.z - 1.0).abs() < 1e-9);
+        placed.x
+    }
+
+    #[test]
+    fn a_rim_is_cut_back_only_where_slanted_ends_are_more_than_a_small_share() {
+        // Leaning by 45 degrees an end has a strip one wide: a fortieth of the plate is little, two of them are 5 %, of which 2 % are cut off.
+        let one = plate(1)
+            .mapped(|p| DVec3::new(if p.x > 20.0 { p.x + p.z - 1.0 } else { p.x }, p.y, p.z));
+        let two = plate(1).mapped(|p| DVec3::new(p.x + p.z - 1.0, p.y, p.z));
+        assert!((rim(&one) - 40.0).abs() < 1e-9, "{}", rim(&one));
+        assert!((rim(&two) - 39.6).abs() < 1e-9, "{}", rim(&two));
+        assert!((rim(&plate(1)) - 40.0).abs() < 1e-9);
+    }
+}

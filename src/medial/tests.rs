@@ -226,6 +226,10 @@ fn the_middle_climbs_a_step_along_the_parabola() {
         on_slope += u32::from(slope > 0.0);
     }
     assert!(on_slope > 20);
+    // It bends most below the edge; sizes grow from there.
+    let radius = |x: f64| medial.curvature_radius(DVec3::new(x, 12.0, wanted(x)), wall);
+    assert!((radius(20.0) - 2.0).abs() < 1e-9);
+    assert!(radius(17.0) > 6.0 && radius(5.0) == f64::INFINITY);
     // A rim meets it at the end of the plate.
     let end = Support::Face(solid.face(|p| p.y == 0.0));
     let rim = medial.place(DVec3::new(21.0, 0.3, 1.2), &[Support::Mid(wall), end]);
