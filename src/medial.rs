@@ -292,9 +292,14 @@ impl<'a> Medial<'a> {
     fn feet_from(&self, p: DVec3, wall: WallId, hints: &mut Hints) -> Option<[Foot; 2]> {
         let [a, b] = &self.sides[wall];
         let [first, second] = hints;
+        let (mut first, mut second) = (self.foot(a, p, first)?, self.foot(b, p, second)?);
         let reach = OWN_SIDE * self.thickness[wall];
-        let first = self.own(a, self.foot(a, p, first)?, p, reach);
-        let second = self.own(b, self.foot(b, p, second)?, p, reach);
+        // A foot across a gap lies behind the other side's; one that a step overshot lies before it.
+        if first.point.distance_squared(p) > second.point.distance_squared(p) {
+            first = self.own(a, first, p, reach);
+        } else {
+            second = self.own(b, second, p, reach);
+        }
         Some([
             a.inner_edges.rounded(self.brep, first, p),
             b.inner_edges.rounded(self.brep, second, p),
@@ -310,12 +315,13 @@ impl<'a> Medial<'a> {
         let below = |i: usize| {
             let corners = self.facets[side.facets[i]].corners();
             let across = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
-            across.dot(corners[0] - p) > 0.0
-                && across.dot(foot.normal) > SAME_WAY * across.length()
+            across.dot(corners[0] - p) > 0.0 && across.dot(foot.normal) > SAME_WAY * across.length()
         };
         side.bvh
             .nearest_where(p, reach, below)
-            .map_or(foot, |near| self.foot_on(side.facets[near.index], p, near.point))
+            .map_or(foot, |near| {
+                self.foot_on(side.facets[near.index], p, near.point)
+            })
     }
 
     /// Distance to the first side less distance to the second: zero at a mid-point.
