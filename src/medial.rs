@@ -44,6 +44,13 @@ const ON_SURFACE: f64 = 1e-9;
 const IN_PLANE: f64 = 1e-9;
 /// A six-node facet leaves its flat triangle by at most this many times its sag: the three mid-side shape functions sum up to this.
 const BULGE: f64 = 4.0 / 3.0;
+/// The side of a point's own layer is no further than this, in thicknesses: the point is somewhere in the wall, and the wall may be twice as thick as its mean.
+const OWN_SIDE: f64 = 2.0;
+/// A point this far above its foot is not in the material below it, as a share of that reach: far above what a step of the placing leaves, far below any gap
+/// that a mesh size resolves.
+const ACROSS_GAP: f64 = 1e-3;
+/// Layers of one wall that lie on each other look the same way, within this cosine.
+const SAME_WAY: f64 = 0.5;
 /// A foot is plumb within this sine; far above rounding, far below what a wrong facet gives.
 const PLUMB: f64 = 1e-6;
 
@@ -306,11 +313,36 @@ impl<'a> Medial<'a> {
     fn feet_from(&self, p: DVec3, wall: WallId, hints: &mut Hints) -> Option<[Foot; 2]> {
         let [a, b] = &self.sides[wall];
         let [first, second] = hints;
-        let (first, second) = (self.foot(a, p, first)?, self.foot(b, p, second)?);
+        let (mut first, mut second) = (self.foot(a, p, first)?, self.foot(b, p, second)?);
+        let reach = OWN_SIDE * self.thickness[wall];
+        // A foot across a gap lies behind the other side's; one that a step overshot lies before it.
+        if first.point.distance_squared(p) > second.point.distance_squared(p) {
+            first = self.own(a, first, p, reach);
+        } else {
+            second = self.own(b, second, p, reach);
+        }
         Some([
             a.inner_edges.rounded(self.brep, first, p),
             b.inner_edges.rounded(self.brep, second, p),
         ])
+    }
+
+    /// The foot itself, unless the point lies straight above it: then it was found across a gap, on another layer of the same wall (a hem, a spiral, ribs closer
+    /// than they are thick), and the nearest place of this layer is meant, if there is one within `reach` that looks the same way.
+    fn own(&self, side: &Surface, foot: Foot, p: DVec3, reach: f64) -> Foot {
+        if side.plane.is_some() || foot.depth(p) >= -ACROSS_GAP * reach || !foot.is_plumb(p) {
+            return foot;
+        }
+        let below = |i: usize| {
+            let corners = self.facets[side.facets[i]].corners();
+            let across = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
+            across.dot(corners[0] - p) > 0.0 && across.dot(foot.normal) > SAME_WAY * across.length()
+        };
+        side.bvh
+            .nearest_where(p, reach, below)
+            .map_or(foot, |near| {
+                self.foot_on(side.facets[near.index], p, near.point)
+            })
     }
 
     /// Distance to the first side less distance to the second: zero at a mid-point.

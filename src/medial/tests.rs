@@ -1,5 +1,6 @@
 use super::*;
 use crate::geom::random::Pcg;
+use crate::model::walls::Wall;
 use crate::stage::adjacency::adjacency;
 use crate::stage::pair::{PairOptions, pair, sight};
 use crate::test_parts::tube_brep;
@@ -282,5 +283,40 @@ fn at_the_crest_of_a_rim_the_middle_is_where_both_sides_are_as_far() {
         assert!(placed.distance(p) < 0.5, "{p} {placed}");
         let normal = medial.normal(p, WallId(0)).unwrap();
         assert!(normal.z.abs() > 0.5, "{normal}");
+    }
+}
+
+#[test]
+fn a_layer_keeps_its_middle_though_another_layer_of_its_wall_is_nearer() {
+    // Two plates of 2 with a gap of 0.2, bent round into each other: what faces the gap is the outer side of one and the inner side of the other.
+    let grid = [
+        voxels::lines(&[(2.0, 1), (40.0, 10)]),
+        voxels::lines(&[(24.0, 6)]),
+        voxels::lines(&[(2.0, 1), (2.2, 1), (4.2, 1)]),
+    ];
+    let solid = voxels::filled(grid, |p| p.x < 2.0 || p.z < 2.0 || p.z > 2.2);
+    let (aag, mut pairing) = read(&solid.brep);
+    let sides = [[0.0, 2.2], [2.0, 4.2]].map(|levels| {
+        let mut side = levels
+            .map(|z| solid.face(|p| p.z == z && (z == 0.0 || z == 4.2 || p.x >= 2.0)))
+            .to_vec();
+        side.sort_unstable();
+        side
+    });
+    let wall = Wall {
+        sides,
+        thickness: 2.0,
+        group: 0,
+    };
+    pairing.walls = [wall].into_iter().collect();
+    let medial = Medial::new(&solid.brep, &aag, &pairing);
+    for p in points(DVec3::new(8.0, 2.0, 0.1), DVec3::new(36.0, 22.0, 1.9)) {
+        for (up, middle) in [(0.0, 1.0), (2.2, 3.2)] {
+            let p = p + DVec3::Z * up;
+            let placed = medial.place(p, &[Support::Mid(WallId(0))]);
+            assert!((placed.z - middle).abs() < 1e-9, "{p} {placed}");
+            let t = medial.thickness(p, WallId(0)).unwrap();
+            assert!((t - 2.0).abs() < 1e-9, "{p}: {t}");
+        }
     }
 }
