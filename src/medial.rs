@@ -18,7 +18,7 @@ use crate::geom::triangle::nearest_on_triangle;
 use crate::model::brep::Brep;
 use crate::model::complex::Support;
 use crate::model::ids::{FaceId, FacetId, IndexVec, VertexId, WallId};
-use crate::model::walls::{Aag, Convexity, Pairing};
+use crate::model::walls::{Aag, Convexity, Pairing, Wall};
 use crate::spatial::{Hint, TriangleBvh};
 use corner::InnerEdges;
 use glam::DVec3;
@@ -35,6 +35,8 @@ const LEASH: f64 = 3.0;
 /// Nor further beyond the end of its surfaces than this, in thicknesses: sheets that are extended to meet do so within the block where
 /// their walls join. One that lies further out may stay where it is.
 const REACH: f64 = 1.5;
+/// A blend turns from the side that it leads on from by less than this: a chamfer does by 45 degrees, the wall of a boss by 90.
+const BLEND_RAD: f64 = std::f64::consts::FRAC_PI_3;
 /// Tangent planes whose unit normals differ by less than this define no middle.
 const LEAST_OPPOSITION: f64 = 0.5;
 
@@ -151,6 +153,8 @@ pub struct Medial<'a> {
     brep: &'a Brep,
     sides: IndexVec<WallId, [Surface; 2]>,
     thickness: IndexVec<WallId, f64>,
+    /// How far beyond the end of its sides a wall may be carried on, mm.
+    reach: IndexVec<WallId, f64>,
     /// Rims may slide from a lateral face onto one that is tangent to it: such faces share one surface.
     rim_surface: IndexVec<FaceId, u32>,
     rims: Vec<Surface>,
@@ -238,11 +242,17 @@ impl<'a> Medial<'a> {
             .collect();
         let bent = bent_neighbours(brep, &facets);
         let thickness: IndexVec<WallId, f64> = pairing.walls.iter().map(|w| w.thickness).collect();
+        let reach = pairing
+            .walls
+            .iter()
+            .map(|w| REACH * w.thickness + blends(aag, pairing, w).min(REACH * w.thickness))
+            .collect();
         let typical = thickness.iter().sum::<f64>() / (thickness.len().max(1) as f64);
         let mut medial = Self {
             brep,
             sides,
             thickness,
+            reach,
             rim_surface,
             rims,
             slants: Slants::default(),
@@ -412,6 +422,11 @@ impl<'a> Medial<'a> {
         });
         let scale = walls.fold(0.0, f64::max);
         let scale = if scale > 0.0 { scale } else { self.typical };
+        let reach = supports.iter().filter_map(|s| match s {
+            Support::Mid(w) => Some(self.reach[*w]),
+            Support::Face(_) => None,
+        });
+        let reach = reach.fold(REACH * scale, f64::max);
         let mut p = start;
         let mut planes: SmallVec<[(DVec3, f64); 4]> = SmallVec::new();
         let mut mids: SmallVec<[(WallId, DVec3, f64); 4]> = SmallVec::new();
@@ -423,7 +438,7 @@ impl<'a> Medial<'a> {
             mids.clear();
             rims.clear();
             let mut beyond = 0.0f64;
-            let room = allowed.unwrap_or(REACH * scale);
+            let room = allowed.unwrap_or(reach);
             for (&support, known) in supports.iter().zip(&mut known) {
                 if let Some(tangent) = self.plane(p, support, known, room) {
                     match support {
@@ -438,7 +453,7 @@ impl<'a> Medial<'a> {
                 let surface = self.rim_surface[face] as usize;
                 planes[i].1 -= self.slants.inset(surface, planes[i].0, &mids);
             }
-            if beyond > *allowed.get_or_insert(beyond.max(REACH * scale)) {
+            if beyond > *allowed.get_or_insert(beyond.max(reach)) {
                 return start;
             }
             let step = planes::meet(&planes).clamp_length_max(scale);
@@ -455,6 +470,21 @@ impl<'a> Medial<'a> {
         }
         p
     }
+}
+
+/// The width of the widest blend that leads on from a side of the wall: the fillet or chamfer at its foot ends the side before the block where walls join.
+fn blends(aag: &Aag, pairing: &Pairing, wall: &Wall) -> f64 {
+    wall.sides
+        .iter()
+        .flatten()
+        .flat_map(|&f| aag.arcs_of(f).map(move |a| (a, Aag::across(a, f))))
+        .filter(|(a, g)| {
+            pairing.side[*g].is_none()
+                && a.convexity != Convexity::Convex
+                && a.turn_rad.abs() < BLEND_RAD
+        })
+        .map(|(_, g)| 2.0 * aag.area[g] / aag.perimeter[g].max(f64::MIN_POSITIVE))
+        .fold(0.0, f64::max)
 }
 
 /// The middle between two tangent planes, if they oppose each other.

@@ -116,6 +116,14 @@ pub(super) fn pairs(aag: &Aag, sightings: &[Sighting], options: &PairOptions) ->
     };
     accepted.retain(|v| is_wall(v.from) && is_wall(v.to));
 
+    let all = mates(&accepted, aag.area.len(), |_| true);
+    let feet: Vec<FaceId> = (0..aag.area.len() as u32)
+        .map(FaceId)
+        .filter(|&f| is_foot(aag, sightings, &all, &thin, f))
+        .collect();
+    let is_foot = |f: FaceId| feet.binary_search(&f).is_ok();
+    accepted.retain(|v| !is_foot(v.from) && !is_foot(v.to));
+
     let mates = mates(&accepted, aag.area.len(), |_| true);
     accepted.extend(complement(aag, sightings, &views, &mates, options));
     gather(&views, &accepted)
@@ -153,6 +161,37 @@ fn goes_on(aag: &Aag, mates: &Mates, f: FaceId, g: FaceId) -> bool {
     continuing(aag, f)
         .filter(|&h| h != g && !mates[h].is_empty())
         .all(|h| mates[h].iter().any(|&(m, _)| m == g || beside(aag, m, g)))
+}
+
+/// The blend at the foot of a wall is narrower than this, in thicknesses of the wall that it stands on: a quarter circle of one and a half thicknesses, all of it
+/// within the block where the walls join. A wider one thickens its wall for good.
+const FOOT: f64 = 2.4;
+
+/// Whether a face is the blend at the foot of a wall: hollow, narrow, and between a broad face whose far side it sees and one whose far side is another. It sees the
+/// plate's far side like the plate does, but what it sees is the block where rib and plate join. `thin`: least distance across, a face.
+fn is_foot(
+    aag: &Aag,
+    sightings: &[Sighting],
+    mates: &Mates,
+    thin: &IndexVec<FaceId, f64>,
+    f: FaceId,
+) -> bool {
+    let is_narrow = |h: FaceId, g: FaceId| width(aag, h) < FOOT * thin[g];
+    // Of the bend of a sheet the far sides meet in a corner or over its rounding.
+    let joined = |m: FaceId, g: FaceId| {
+        m == g || beside(aag, m, g) || continuing(aag, m).any(|c| beside(aag, c, g))
+    };
+    let broad: Vec<FaceId> = continuing(aag, f)
+        .filter(|&h| {
+            let wide = mates[h].iter().all(|&(g, _)| !is_narrow(h, g));
+            !mates[h].is_empty() && (wide || !is_hollow(sightings, h))
+        })
+        .collect();
+    mates[f].iter().any(|&(g, _)| {
+        let of_plate = |h: &FaceId| mates[*h].iter().any(|&(m, _)| m == g);
+        let of_rib = |h: &FaceId| mates[*h].iter().all(|&(m, _)| !joined(m, g));
+        is_narrow(f, g) && broad.iter().any(of_plate) && broad.iter().any(of_rib)
+    }) && is_hollow(sightings, f)
 }
 
 /// A face that turns from its neighbour by less than this goes on with its side of the wall; one that turns by more ends it.

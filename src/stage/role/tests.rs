@@ -72,21 +72,31 @@ fn a_block_on_a_plate_stands_for_the_side_that_it_stands_on() {
     }
 }
 
-/// Faces 0-1 and 2-3 are pairs of two groups; the arcs are given.
+/// As `turned`, with all arcs smooth.
 fn planted(faces: usize, arcs: &[(u32, u32)]) -> FaceRoles {
+    let smooth: Vec<_> = arcs.iter().map(|&(f, g)| (f, g, 0.0)).collect();
+    turned(faces, &smooth)
+}
+
+/// Faces 0-1 and 2-3 are pairs of two groups; the arcs are given with their turns, degrees.
+fn turned(faces: usize, arcs: &[(u32, u32, f64)]) -> FaceRoles {
     let mut aag = Aag {
         area: IndexVec::filled(1.0, faces),
         perimeter: IndexVec::filled(4.0, faces),
         of_face: IndexVec::filled(Vec::new(), faces),
         ..Aag::default()
     };
-    for (i, &(f, g)) in arcs.iter().enumerate() {
+    for (i, &(f, g, degrees)) in arcs.iter().enumerate() {
         aag.arcs.push(Arc {
             faces: [FaceId(f), FaceId(g)],
             curve: CurveId(i as u32),
             length: 1.0,
-            turn_rad: 0.0,
-            convexity: Convexity::Smooth,
+            turn_rad: degrees.to_radians(),
+            convexity: match degrees {
+                0.0 => Convexity::Smooth,
+                d if d > 0.0 => Convexity::Convex,
+                _ => Convexity::Concave,
+            },
         });
         for f in [f, g] {
             aag.of_face[FaceId(f)].push(i as u32);
@@ -164,4 +174,17 @@ fn faces_on_either_end_of_a_chain_of_blends_meet_in_it() {
     assert_eq!(found.role.as_slice()[4..], [Role::Blend, Role::Blend]);
     assert!(found.carries[FaceId(4)].contains(&FaceId(0)));
     assert!(found.carries[FaceId(5)].contains(&FaceId(2)));
+}
+
+#[test]
+fn a_rib_that_butts_against_a_fillet_does_not_end_at_it() {
+    // 4: fillet from plate 0 on; both sides of the rib 2-3 meet it, over these turns.
+    let with = |degrees: f64| turned(5, &[(0, 4, 0.0), (2, 4, degrees), (3, 4, degrees)]);
+    let (butting, rim) = (with(-90.0), with(90.0));
+    assert_eq!(butting.role[FaceId(4)], Role::Blend);
+    assert_eq!(butting.carries[FaceId(4)].as_slice(), [FaceId(0)]);
+    assert_eq!(rim.role[FaceId(4)], Role::Lateral);
+    assert!(rim.carries[FaceId(4)].is_empty());
+    // Over chamfers it is the rib's rim as before.
+    assert_eq!(with(-45.0).role[FaceId(4)], Role::Lateral);
 }

@@ -218,6 +218,30 @@ fn a_face_that_goes_on_with_a_paired_one_gets_a_second_chance() {
 }
 
 #[test]
+fn the_blend_at_the_foot_of_a_rib_is_no_side_of_the_plate() {
+    // Plate 0 over 1, rib 2 against 3, and 4 from the one to the other, 5 wide, which sees the plate's far side.
+    let try_with = |distance: f64, hollow: f64, far_sides: &[(u32, u32, f64)]| {
+        let smooth = [(0, 4, 0.0), (2, 4, 0.0)];
+        let aag = squares(5, &[&smooth[..], far_sides].concat());
+        let mut blend = look(4, 1, distance, 50.0);
+        for (i, look) in blend.iter_mut().enumerate() {
+            let along = i as f64 / 100.0;
+            look.point = DVec3::X * along;
+            look.inward = DVec3::new(-hollow * along, 0.0, 1.0).normalize();
+        }
+        let walls = [(0, 1), (1, 0), (2, 3), (3, 2)].map(|(f, g)| look(f, g, distance, 90.0));
+        gated(&aag, &[walls.concat(), blend].concat())
+    };
+    let (both, with_blend) = (vec![[0, 1], [2, 3]], vec![[0, 1], [1, 4], [2, 3]]);
+    // 5 wide is 2.4 thicknesses of 2.08.
+    assert_eq!(try_with(2.2, -0.5, &[]), with_blend, "it is not hollow");
+    assert_eq!(try_with(2.2, 0.5, &[]), both);
+    assert_eq!(try_with(2.0, 0.5, &[]), with_blend, "it is broad");
+    let corner = [(1, 3, std::f64::consts::FRAC_PI_2)];
+    assert_eq!(try_with(2.2, 0.5, &corner), with_blend, "it is a bend");
+}
+
+#[test]
 fn a_rim_beside_both_sides_is_no_pair() {
     let solid = plate(1);
     let found = paired(&solid.brep);
