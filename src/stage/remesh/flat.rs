@@ -137,7 +137,7 @@ fn take(surface: &mut Surface, cap: &Cap, placer: &dyn Placer) -> Option<Vec<Tri
 }
 
 /// Whether the triangles at a node hang together by edges only as long as `t` is one of them.
-fn hinges(surface: &Surface, n: NodeId, t: TriangleId) -> bool {
+pub(super) fn hinges(surface: &Surface, n: NodeId, t: TriangleId) -> bool {
     let outer = surface.neighbours(n);
     let mut link = Disjoint::new(outer.len());
     let mut left = Disjoint::new(outer.len());
@@ -151,4 +151,150 @@ fn hinges(surface: &Surface, n: NodeId, t: TriangleId) -> bool {
         }
     }
     left.sets() > link.sets()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::complex::{MidNode, MidTriangle};
+    use crate::model::ids::WallId;
+    use crate::stage::test_shapes::Stay;
+    use glam::DVec3;
+
+    fn complex(points: &[(f64, f64, f64)], triangles: &[(u32, [u32; 3])]) -> MidComplex {
+        let mut complex = MidComplex::default();
+        for &(x, y, z) in points {
+            complex.nodes.push(MidNode {
+                point: DVec3::new(x, y, z),
+                supports: Default::default(),
+            });
+        }
+        for &(wall, nodes) in triangles {
+            complex.triangles.push(MidTriangle {
+                nodes: nodes.map(NodeId),
+                wall: WallId(wall),
+            });
+        }
+        complex
+    }
+
+    fn flat(complex: &MidComplex) -> usize {
+        let area = |t: &MidTriangle| area_vector(t.nodes.map(|n| complex.nodes[n].point)).length();
+        complex.triangles.iter().filter(|t| area(t) < 1e-6).count()
+    }
+
+    /// A square over the long side of a triangle of this height, which has two triangles on its short sides.
+    fn with_cap(height: f64) -> MidComplex {
+        complex(
+            &[
+                (0.0, 0.0, 0.0),
+                (2.0, 0.0, 0.0),
+                (1.0, height, 0.0),
+                (1.0, -1.0, 0.0),
+                (1.0, 1.0, 0.0),
+            ],
+            &[
+                (0, [0, 1, 2]),
+                (0, [1, 0, 3]),
+                (0, [0, 2, 4]),
+                (0, [2, 1, 4]),
+            ],
+        )
+    }
+
+    #[test]
+    fn a_cap_inside_a_sheet_goes_and_one_with_height_stays() {
+        let after = without_flat(with_cap(0.0), &Stay);
+        assert_eq!(
+            (after.triangles.len(), flat(&after), after.euler()),
+            (4, 0, 1)
+        );
+        assert!(after.check().is_empty());
+        assert_eq!(without_flat(with_cap(0.1), &Stay), with_cap(0.1));
+    }
+
+    #[test]
+    fn two_strands_of_one_junction_become_one() {
+        // Nodes of either strand stand between those of the other; the strip between them, wall 2, has no width.
+        let (even, odd): (Vec<u32>, Vec<u32>) = ((0..6).collect(), (6..12).collect());
+        let mut points: Vec<(f64, f64, f64)> = Vec::new();
+        points.extend((0..6).map(|i| (f64::from(i), 0.0, 0.0)));
+        points.extend((0..6).map(|i| (f64::from(i) + 0.4, 0.0, 0.0)));
+        let mut triangles: Vec<(u32, [u32; 3])> = Vec::new();
+        for i in 0..5 {
+            triangles.push((2, [even[i], even[i + 1], odd[i]]));
+            triangles.push((2, [odd[i], even[i + 1], odd[i + 1]]));
+        }
+        for (wall, strand, y, z) in [
+            (0, &even, 5.0, 0.0),
+            (1, &even, 0.0, 5.0),
+            (3, &odd, -5.0, 0.0),
+            (4, &odd, 0.0, -5.0),
+        ] {
+            let tip = points.len() as u32;
+            points.push((2.5, y, z));
+            for w in strand.windows(2) {
+                triangles.push((wall, [w[0], w[1], tip]));
+            }
+        }
+        let before = complex(&points, &triangles);
+        assert_eq!(flat(&before), 10);
+        let after = without_flat(before.clone(), &Stay);
+        assert_eq!(flat(&after), 0);
+        assert_eq!((after.euler(), after.pieces()), (before.euler(), 1));
+        assert!(after.triangles.iter().all(|t| t.wall != WallId(2)));
+        let four = after
+            .edges()
+            .iter()
+            .filter(|e| e.triangles.len() == 4)
+            .count();
+        assert_eq!(
+            four, 9,
+            "between the nine nodes that both strands reach past"
+        );
+        assert!(after.check().is_empty());
+    }
+
+    #[test]
+    fn a_cap_that_alone_holds_two_sheets_together_stays() {
+        let before = complex(
+            &[
+                (0.0, 0.0, 0.0),
+                (2.0, 0.0, 0.0),
+                (1.0, 0.0, 0.0),
+                (0.5, 1.0, 0.0),
+                (1.5, 1.0, 0.0),
+            ],
+            &[(0, [0, 1, 2]), (0, [0, 2, 3]), (0, [2, 1, 4])],
+        );
+        assert_eq!(without_flat(before.clone(), &Stay), before);
+    }
+
+    #[test]
+    fn a_pile_of_flat_triangles_comes_to_an_end() {
+        // Two caps whose apexes lie past each other: flipped the wrong way round they would go in a circle.
+        let before = complex(
+            &[
+                (0.0, 0.0, 0.0),
+                (2.0, 0.0, 0.0),
+                (1.0, 0.0, 0.0),
+                (3.0, 0.0, 0.0),
+                (1.5, 3.0, 0.0),
+                (1.5, -3.0, 0.0),
+            ],
+            &[
+                (0, [0, 1, 2]),
+                (0, [1, 0, 3]),
+                (0, [0, 2, 4]),
+                (0, [2, 1, 4]),
+                (0, [1, 3, 4]),
+                (0, [3, 0, 5]),
+            ],
+        );
+        let after = without_flat(before.clone(), &Stay);
+        assert_eq!(
+            (flat(&after), after.euler(), after.pieces()),
+            (0, before.euler(), 1)
+        );
+    }
 }

@@ -43,9 +43,9 @@ mod still;
 mod strata;
 mod strips;
 mod surface;
-mod unfold;
 #[cfg(test)]
 mod tests;
+mod unfold;
 mod zip;
 
 use crate::geom::orient::orient;
