@@ -153,7 +153,9 @@ fn mesh_solid(
     dump.complex("charted", &complex)?;
     let complex = clock.time("polish", || {
         let complex = remesh::polish(complex, &field, &medial, &options);
-        mended(complex, &medial)
+        let complex = mended(complex, &medial);
+        let complex = connected(complex, |c| remesh::without_flat(c, &medial));
+        connected(complex, |c| remesh::unfold(c, &medial))
     });
     dump.complex("polished", &complex)?;
     let mesh = clock.time("shell", || {
@@ -191,9 +193,12 @@ fn untangled(found: &MidSurface, medial: &Medial<'_>, clock: &mut Clock<'_>) -> 
     clock.time("fair", || {
         let (complex, _) = fair::fair(found.complex.clone(), medial);
         let complex = connected(complex, |c| remesh::merge_strips(c, &thickness, medial));
+        let complex = connected(complex, |c| remesh::without_flat(c, medial));
         // Where strips have become curves, what hung between them is a fin.
         let (complex, _) = prune::prune(complex, medial);
-        unknotted(fair::fair(complex, medial), medial).0
+        let (complex, _) = unknotted(fair::fair(complex, medial), medial);
+        let complex = connected(complex, |c| remesh::without_flat(c, medial));
+        prune::prune(complex, medial).0
     })
 }
 

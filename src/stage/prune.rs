@@ -29,6 +29,8 @@ const DOUBLED: f64 = 0.1;
 const BEYOND: f64 = 0.25;
 /// A triangle that leans further than this (cosine) from its wall's mid-surface is no part of it: 60 degrees.
 const LEAN: f64 = 0.5;
+/// A triangle lower than this, in thicknesses, has no area to stand for anything: what placing leaves of a distance is far below, what is drawn far above.
+const FLAT: f64 = 0.005;
 /// A sheet goes where this share of its area stands for no wall.
 const IDLE_SHARE: f64 = 0.8;
 
@@ -129,6 +131,11 @@ fn idle_sheets(
                 .normal(middle, wall)
                 .is_some_and(|n| n.dot(normal).abs() < LEAN)
     };
+    let flat = |t: TriangleId| {
+        let [a, b, c] = corners[t.index()];
+        let longest = a.distance(b).max(b.distance(c)).max(c.distance(a));
+        2.0 * area(t) <= FLAT * thickness(t) * longest
+    };
     let judged: Vec<(f64, Vec<u32>)> = small
         .par_iter()
         .map(|(size, list)| {
@@ -139,7 +146,7 @@ fn idle_sheets(
             let mut others = Vec::new();
             for &t in list {
                 let double = doubles(t);
-                if double.is_some() || nowhere(t) {
+                if double.is_some() || flat(t) || nowhere(t) {
                     idle += area(t);
                 }
                 others.extend(double);
@@ -152,7 +159,7 @@ fn idle_sheets(
     let mut told: Vec<Vec<TriangleId>> = Vec::new();
     let mut gone: Vec<u32> = Vec::new();
     for ((size, list), (idle, others)) in small.into_iter().zip(judged) {
-        if idle > IDLE_SHARE * size && !others.iter().any(|o| gone.contains(o)) {
+        if idle >= IDLE_SHARE * size && !others.iter().any(|o| gone.contains(o)) {
             gone.push(sheet[list[0]]);
             told.push(list);
         }

@@ -134,3 +134,14 @@ fn a_third_sheet_where_a_wall_meets_itself_goes_however_far_apart() {
     );
     assert_eq!(kept, complex);
 }
+
+#[test]
+fn a_fin_without_area_goes_whatever_wall_it_is_of() {
+    let (bare, middle) = plate();
+    let mut complex = bare.clone();
+    let edge = line(&mut complex, 0.0, 0.0);
+    strip(&mut complex, 1, &middle, &edge);
+    let (pruned, stats) = prune(with_supports(complex), &PLANES);
+    assert_eq!((stats.sheets, stats.triangles), (1, 8));
+    assert_eq!(pruned, with_supports(bare));
+}

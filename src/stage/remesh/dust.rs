@@ -12,7 +12,7 @@ use crate::model::disjoint::Disjoint;
 use crate::model::ids::NodeId;
 
 /// Nodes nearer than this share of the thickness are in one place: a hundred times what placing leaves of a distance, and far below what is drawn.
-const ONE_PLACE: f64 = 0.005;
+pub(super) const ONE_PLACE: f64 = 0.005;
 /// The supports of both are kept where placing on all of them moves the node by less than this share of the thickness.
 const AGREE: f64 = 0.05;
 
@@ -63,7 +63,7 @@ fn is_dust(surface: &Surface, a: NodeId, b: NodeId, placer: &dyn Placer) -> bool
 }
 
 /// Whether the triangles round the node that the two become would no longer hang together by edges.
-fn cuts_off(surface: &Surface, gone: NodeId, kept: NodeId) -> bool {
+pub(super) fn cuts_off(surface: &Surface, gone: NodeId, kept: NodeId) -> bool {
     let mut outer = surface.neighbours(gone);
     outer.extend(surface.neighbours(kept));
     outer.retain(|n| *n != gone && *n != kept);
@@ -81,10 +81,24 @@ fn cuts_off(surface: &Surface, gone: NodeId, kept: NodeId) -> bool {
 }
 
 fn merge(surface: &mut Surface, gone: NodeId, kept: NodeId, placer: &dyn Placer) {
+    join_supports(surface, gone, kept, placer);
+    surface.contract(gone, kept);
+}
+
+/// Puts a node onto the supports of another one in the same place as well, where that leaves it there.
+pub(super) fn join_supports(
+    surface: &mut Surface,
+    gone: NodeId,
+    kept: NodeId,
+    placer: &dyn Placer,
+) {
     let mut supports = surface.supports[kept].clone();
     supports.extend_from_slice(&surface.supports[gone]);
     supports.sort_unstable();
     supports.dedup();
+    if supports == surface.supports[kept] {
+        return;
+    }
     let (p, wall) = (
         surface.points[kept],
         surface
@@ -92,7 +106,6 @@ fn merge(surface: &mut Surface, gone: NodeId, kept: NodeId, placer: &dyn Placer)
             .first()
             .map(|&t| surface.triangle(t).wall),
     );
-    surface.contract(gone, kept);
     let thickness = wall.and_then(|w| placer.thickness(p, w)).unwrap_or(0.0);
     if placer.place(p, &supports).distance(p) <= AGREE * thickness.abs() {
         surface.supports[kept] = supports;

@@ -27,6 +27,7 @@
 mod caps;
 mod contract;
 mod dust;
+mod flat;
 mod flip;
 mod forks;
 mod guide;
@@ -44,14 +45,17 @@ mod strips;
 mod surface;
 #[cfg(test)]
 mod tests;
+mod unfold;
 mod zip;
 
 use crate::geom::orient::orient;
 use crate::geom::placer::Placer;
 use crate::model::complex::MidComplex;
 use crate::model::ids::{IndexVec, NodeId, WallId};
+pub use flat::without_flat;
 pub use knots::{contract_folded, contract_turned};
 pub use strips::merge_strips;
+pub use unfold::unfold;
 
 use contract::Bounds;
 use glam::DVec3;
@@ -253,7 +257,7 @@ fn follow(job: &mut Job, size: SizeField) {
 
 fn start<'a>(complex: MidComplex, placer: &'a dyn Placer, options: &'a RemeshOptions) -> Job<'a> {
     let mut surface = Surface::new(complex);
-    dust::merge_coincident(&mut surface, placer);
+    flat::remove_flat(&mut surface, placer);
     Job {
         surface,
         guides: Guides::default(),

@@ -279,6 +279,14 @@ impl Surface {
         }
     }
 
+    /// Takes a triangle away.
+    pub fn remove(&mut self, t: TriangleId) {
+        for n in self.triangles[t].nodes {
+            self.leave(n, t);
+        }
+        self.triangles[t].nodes = [DEAD; 3];
+    }
+
     /// Replaces edge `a`-`b` of exactly two triangles by the edge between their apexes.
     pub fn flip(&mut self, [a, b]: [NodeId; 2], [s, t]: [TriangleId; 2]) {
         let new = self.flipped([a, b], [s, t]);

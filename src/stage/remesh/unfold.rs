@@ -1,0 +1,476 @@
+//! Unfolds what is still folded in a finished mesh, place by place.
+//!
+//! A triangle that lies against its neighbours, or has no area, gets the one step that leaves the fewest of its kind round about: its nodes and those beside them are
+//! relaxed, an edge there is flipped or contracted, or, where nothing else helps, a small flap folded back from a free border is taken off. Each place is judged for itself: a stubborn one does not keep the others from being mended.
+//!
+//! Guarantees: homotopy type and feature curves stay (contraction under the link condition, along curves only where these are straight); ends and forks of curves and
+//! corners of rims stay; moved nodes are put onto their supports; nowhere do folds become more, nor needles of folded triangles.
+//! Limits: folds over which the curves themselves cross stay. Cost: linear in the number of folded triangles, some thousand operations each.
+
+use super::contract::keeps_homotopy;
+use super::dust::cuts_off;
+use super::flat::hinges;
+use super::shape::{area_vector, distance_to_segment, quality};
+use super::surface::Surface;
+use crate::geom::orient::orient;
+use crate::geom::placer::Placer;
+use crate::model::complex::{MidComplex, MidTriangle, faces};
+use crate::model::ids::{NodeId, TriangleId};
+use glam::DVec3;
+
+/// Passes; mending one place may open the way at the next.
+const PASSES: usize = 8;
+/// Rings of triangles that a step may change, with those whose neighbours it changes.
+const RINGS: usize = 4;
+/// A triangle this low, as a share of its longest side, has no area: far above the rounding of coordinates, far below a poor shape.
+const FLAT: f64 = 1e-6;
+/// A step leaves no triangle worse than this (a needle of 1 : 40), unless there was a worse one.
+const LEAST_QUALITY: f64 = 0.05;
+/// Where a step leaves as many folds, these must become smaller by this share.
+const GAIN: f64 = 0.9;
+/// A curve node may go where the curve then passes it by within this share of the new edge: half the sag of a circle of ten edges.
+const STRAIGHT: f64 = 0.1;
+/// Nor does it show where the curve passes it by within this share of the thickness.
+const THIN: f64 = 0.1;
+/// Steps of a relaxation, the number after which a star of nodes has settled.
+const RELAXATIONS: [usize; 3] = [1, 3, 8];
+
+/// A complex in which as many folds as possible are gone. Its triangles come out wound sheet by sheet.
+pub fn unfold(mut complex: MidComplex, placer: &dyn Placer) -> MidComplex {
+    orient(&mut complex, placer);
+    let mut surface = Surface::new(complex);
+    for _ in 0..PASSES {
+        let all: Vec<TriangleId> = surface.live_triangles().collect();
+        let bad = Part::new(&surface, all.clone(), all.len()).bad(&surface);
+        let mut mended = false;
+        for t in bad {
+            if surface.lives(t) {
+                mended |= mend(&mut surface, t, placer);
+            }
+        }
+        if !mended {
+            break;
+        }
+    }
+    surface.finish()
+}
+
+/// A step that may mend.
+#[derive(Clone, Debug)]
+enum Step {
+    Move(Vec<(NodeId, DVec3)>),
+    Flip([NodeId; 2], [TriangleId; 2]),
+    Contract { gone: NodeId, kept: NodeId },
+}
+
+/// How bad a part is.
+#[derive(Clone, Copy, Debug)]
+struct Score {
+    folds: usize,
+    area: f64,
+    least: f64,
+}
+
+fn mend(surface: &mut Surface, t: TriangleId, placer: &dyn Placer) -> bool {
+    let near = rings(surface, t, RINGS);
+    let inside = near.len();
+    let part = Part::new(surface, with_neighbours(surface, near), inside);
+    let before = part.score(surface);
+    if before.folds == 0 {
+        return false;
+    }
+    let best = steps(surface, t, placer)
+        .into_iter()
+        .map(|step| (part.after(surface, &step), step))
+        .filter(|(after, _)| {
+            let fewer = after.folds < before.folds
+                || after.folds == before.folds && after.area < GAIN * before.area;
+            fewer && after.least >= LEAST_QUALITY.min(before.least)
+        })
+        .min_by(|(x, _), (y, _)| (x.folds.cmp(&y.folds)).then(y.least.total_cmp(&x.least)));
+    let Some((_, step)) = best else {
+        let goes =
+            part.score_without(surface, t).folds < before.folds && is_flap(surface, t, placer);
+        if goes {
+            surface.remove(t);
+        }
+        return goes;
+    };
+    match step {
+        Step::Move(places) => {
+            for (n, p) in places {
+                surface.points[n] = p;
+            }
+        }
+        Step::Flip(edge, pair) => surface.flip(edge, pair),
+        Step::Contract { gone, kept } => surface.contract(gone, kept),
+    }
+    true
+}
+
+/// The steps that could mend a triangle and are allowed.
+fn steps(surface: &Surface, t: TriangleId, placer: &dyn Placer) -> Vec<Step> {
+    let nodes = surface.triangle(t).nodes;
+    let mut steps = Vec::new();
+    let mut wide: Vec<NodeId> = nodes.to_vec();
+    wide.extend(nodes.iter().flat_map(|&n| surface.neighbours(n)));
+    wide.sort_unstable();
+    wide.dedup();
+    let mut widest: Vec<NodeId> = (wide.iter()).flat_map(|&n| surface.neighbours(n)).collect();
+    widest.sort_unstable();
+    widest.dedup();
+    let alone = wide.chunks(1);
+    for moving in alone.chain([&nodes[..], &wide, &widest]) {
+        for count in RELAXATIONS {
+            steps.extend(relaxed(surface, moving, count, placer).map(Step::Move));
+        }
+    }
+    let mut edges: Vec<[NodeId; 2]> = (nodes.iter())
+        .flat_map(|&n| (surface.neighbours(n).into_iter()).map(move |m| [n.min(m), n.max(m)]))
+        .collect();
+    edges.sort_unstable();
+    edges.dedup();
+    for [a, b] in edges {
+        if let &[s, u] = surface.around(a, b).as_slice()
+            && surface.triangle(s).wall == surface.triangle(u).wall
+        {
+            let (c, d) = (surface.apex(s, a, b), surface.apex(u, a, b));
+            if c != d && surface.around(c, d).is_empty() {
+                steps.push(Step::Flip([a, b], [s, u]));
+            }
+        }
+        for (gone, kept) in [(a, b), (b, a)] {
+            if may_go(surface, gone, kept, placer) {
+                steps.push(Step::Contract { gone, kept });
+            }
+        }
+    }
+    steps
+}
+
+/// Whether a triangle is a flap: folded back from a free border onto sheet that goes on without it, and smaller than the wall is thick.
+fn is_flap(surface: &Surface, t: TriangleId, placer: &dyn Placer) -> bool {
+    let triangle = surface.triangle(t);
+    let nodes = triangle.nodes;
+    let free = |k: usize| surface.around(nodes[k], nodes[(k + 1) % 3]).len() == 1;
+    let loose = match [free(0), free(1), free(2)].iter().filter(|f| **f).count() {
+        1 => nodes.iter().all(|&n| !hinges(surface, n, t)),
+        2 => nodes.iter().any(|&n| surface.star(n).len() == 1),
+        _ => false,
+    };
+    loose
+        && placer
+            .thickness(surface.points[nodes[0]], triangle.wall)
+            .is_some_and(|d| area_vector(surface.corners(t)).length() < 2.0 * d * d)
+}
+
+/// Neighbours between which a node may be moved: all of a sheet node, the two on a curve that does not bend much there.
+fn between(surface: &Surface, n: NodeId, placer: &dyn Placer) -> Vec<NodeId> {
+    match *surface.feature_neighbours(n) {
+        [] => surface.neighbours(n).to_vec(),
+        [a, b]
+            if faces(&surface.supports[n]).count() < 2 && passes_by(surface, n, [a, b], placer) =>
+        {
+            vec![a, b]
+        }
+        _ => Vec::new(),
+    }
+}
+
+fn passes_by(surface: &Surface, n: NodeId, ends: [NodeId; 2], placer: &dyn Placer) -> bool {
+    let p = surface.points[n];
+    let [a, b] = ends.map(|m| surface.points[m]);
+    let sag = distance_to_segment(p, a, b);
+    let thin = |t: &TriangleId| placer.thickness(p, surface.triangle(*t).wall);
+    sag <= STRAIGHT * a.distance(b)
+        || (surface.star(n).first().and_then(thin)).is_some_and(|d| sag <= THIN * d.abs())
+}
+
+/// Where the nodes come to lie after so many steps towards the middle of their neighbours.
+fn relaxed(
+    surface: &Surface,
+    moving: &[NodeId],
+    count: usize,
+    placer: &dyn Placer,
+) -> Option<Vec<(NodeId, DVec3)>> {
+    let free: Vec<(NodeId, Vec<NodeId>)> = moving
+        .iter()
+        .map(|&n| (n, between(surface, n, placer)))
+        .filter(|(_, near)| !near.is_empty())
+        .collect();
+    let mut places: Vec<DVec3> = free.iter().map(|&(n, _)| surface.points[n]).collect();
+    for _ in 0..count {
+        for i in 0..free.len() {
+            let (n, near) = &free[i];
+            let at = |m: &NodeId| {
+                let own = free.iter().position(|(f, _)| f == m);
+                own.map_or(surface.points[*m], |k| places[k])
+            };
+            let middle = near.iter().map(at).sum::<DVec3>() / near.len() as f64;
+            places[i] = placer.draw(middle, &surface.supports[*n]);
+        }
+    }
+    let settled: Vec<(NodeId, DVec3)> = free
+        .iter()
+        .zip(places)
+        .map(|((n, _), p)| (*n, placer.place(p, &surface.supports[*n])))
+        .collect();
+    let sound = !settled.is_empty() && settled.iter().all(|(_, p)| p.is_finite());
+    sound.then_some(settled)
+}
+
+fn may_go(surface: &Surface, gone: NodeId, kept: NodeId, placer: &dyn Placer) -> bool {
+    let near = surface.feature_neighbours(gone);
+    let strata = match *near {
+        [] => true,
+        // The loose end of a curve.
+        [a] => a == kept,
+        [a, b] if a == kept || b == kept => {
+            let far = if a == kept { b } else { a };
+            faces(&surface.supports[gone]).count() < 2
+                && passes_by(surface, gone, [kept, far], placer)
+                && !surface.feature_neighbours(kept).contains(&far)
+        }
+        _ => false,
+    };
+    strata && keeps_homotopy(surface, gone, kept) && !cuts_off(surface, gone, kept)
+}
+
+/// The triangles within some rings of a triangle, sorted.
+fn rings(surface: &Surface, t: TriangleId, count: usize) -> Vec<TriangleId> {
+    let mut all = vec![t];
+    for _ in 0..count {
+        all = with_ring(surface, &all);
+    }
+    all
+}
+
+fn with_ring(surface: &Surface, triangles: &[TriangleId]) -> Vec<TriangleId> {
+    let mut nodes: Vec<NodeId> = (triangles.iter())
+        .flat_map(|&t| surface.triangle(t).nodes)
+        .collect();
+    nodes.sort_unstable();
+    nodes.dedup();
+    let mut all: Vec<TriangleId> = (nodes.iter())
+        .flat_map(|&n| surface.star(n).iter().copied())
+        .collect();
+    all.sort_unstable();
+    all.dedup();
+    all
+}
+
+/// The triangles, then all that touch them.
+fn with_neighbours(surface: &Surface, mut triangles: Vec<TriangleId>) -> Vec<TriangleId> {
+    let more = with_ring(surface, &triangles);
+    let inside = triangles.len();
+    for t in more {
+        if triangles[..inside].binary_search(&t).is_err() {
+            triangles.push(t);
+        }
+    }
+    triangles
+}
+
+/// Some triangles, of which the first `inside` are judged.
+struct Part {
+    ids: Vec<TriangleId>,
+    triangles: Vec<MidTriangle>,
+    inside: usize,
+}
+
+impl Part {
+    fn new(surface: &Surface, ids: Vec<TriangleId>, inside: usize) -> Self {
+        let triangles = ids.iter().map(|&t| surface.triangle(t)).collect();
+        Self {
+            ids,
+            triangles,
+            inside,
+        }
+    }
+
+    fn bad(&self, surface: &Surface) -> Vec<TriangleId> {
+        judge(&self.triangles, &|n| surface.points[n])
+            .into_iter()
+            .zip(&self.ids)
+            .filter(|(bad, _)| *bad)
+            .map(|(_, &t)| t)
+            .collect()
+    }
+
+    fn score(&self, surface: &Surface) -> Score {
+        self.rate(&self.triangles, &|n| surface.points[n])
+    }
+
+    fn score_without(&self, surface: &Surface, t: TriangleId) -> Score {
+        let mut triangles = self.triangles.clone();
+        if let Some(at) = self.ids.iter().position(|&s| s == t) {
+            triangles[at].nodes[1] = triangles[at].nodes[0];
+        }
+        self.rate(&triangles, &|n| surface.points[n])
+    }
+
+    fn after(&self, surface: &Surface, step: &Step) -> Score {
+        let mut triangles = self.triangles.clone();
+        match step {
+            Step::Move(places) => {
+                return self.rate(&triangles, &|n| {
+                    let moved = places.iter().find(|(m, _)| *m == n);
+                    moved.map_or(surface.points[n], |m| m.1)
+                });
+            }
+            Step::Flip(edge, pair) => {
+                let new = surface.flipped(*edge, *pair);
+                for (t, nodes) in pair.iter().zip(new) {
+                    if let Some(at) = self.ids.iter().position(|s| s == t) {
+                        triangles[at].nodes = nodes;
+                    }
+                }
+            }
+            Step::Contract { gone, kept } => {
+                for t in &mut triangles {
+                    t.nodes = t.nodes.map(|n| if n == *gone { *kept } else { n });
+                }
+            }
+        }
+        self.rate(&triangles, &|n| surface.points[n])
+    }
+
+    fn rate(&self, triangles: &[MidTriangle], at: &dyn Fn(NodeId) -> DVec3) -> Score {
+        let mut score = Score {
+            folds: 0,
+            area: 0.0,
+            least: f64::INFINITY,
+        };
+        let bad = judge(triangles, at);
+        for (t, bad) in triangles[..self.inside].iter().zip(bad) {
+            if is_gone(t) {
+                continue;
+            }
+            let p = t.nodes.map(at);
+            score.least = score.least.min(quality(p));
+            if bad {
+                score.folds += 1;
+                score.area += area_vector(p).length();
+            }
+        }
+        score
+    }
+}
+
+/// Whether a contraction has taken the triangle.
+fn is_gone(t: &MidTriangle) -> bool {
+    let [a, b, c] = t.nodes;
+    a == b || b == c || c == a
+}
+
+/// Which triangles have no area or lie against all their neighbours in the sheet taken together.
+fn judge(triangles: &[MidTriangle], at: &dyn Fn(NodeId) -> DVec3) -> Vec<bool> {
+    let mut sides: Vec<(NodeId, NodeId, usize, bool)> = Vec::with_capacity(3 * triangles.len());
+    let mut areas = Vec::with_capacity(triangles.len());
+    for (i, t) in triangles.iter().enumerate() {
+        areas.push(area_vector(t.nodes.map(at)));
+        if is_gone(t) {
+            continue;
+        }
+        for k in 0..3 {
+            let (a, b) = (t.nodes[k], t.nodes[(k + 1) % 3]);
+            sides.push((a.min(b), a.max(b), i, a < b));
+        }
+    }
+    sides.sort_unstable();
+    let mut around = vec![DVec3::ZERO; triangles.len()];
+    for run in sides.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1)) {
+        if let [a, b] = run
+            && triangles[a.2].wall == triangles[b.2].wall
+            && a.3 != b.3
+        {
+            around[a.2] += areas[b.2];
+            around[b.2] += areas[a.2];
+        }
+    }
+    (triangles.iter().enumerate())
+        .map(|(i, t)| {
+            let [a, b, c] = t.nodes.map(at);
+            let longest = a
+                .distance_squared(b)
+                .max(b.distance_squared(c))
+                .max(c.distance_squared(a));
+            !is_gone(t) && (areas[i].length() <= FLAT * longest || areas[i].dot(around[i]) < 0.0)
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geom::orient::folded;
+    use crate::model::ids::WallId;
+    use crate::stage::test_shapes::{Stay, sheet};
+
+    fn plate() -> MidComplex {
+        sheet(6, 6, |u, v| DVec3::new(6.0 * u, 6.0 * v, 0.0))
+    }
+
+    /// The node of the plate nearest to a place.
+    fn at(complex: &MidComplex, x: f64, y: f64) -> NodeId {
+        let place = DVec3::new(x, y, 0.0);
+        let away = |n: &NodeId| complex.nodes[*n].point.distance(place);
+        (complex.nodes.ids())
+            .min_by(|a, b| away(a).total_cmp(&away(b)))
+            .unwrap()
+    }
+
+    #[test]
+    fn a_node_drawn_across_its_neighbours_comes_back() {
+        let mut complex = plate();
+        let n = at(&complex, 3.0, 3.0);
+        complex.nodes[n].point.x += 1.7;
+        assert!(!folded(&complex).is_empty());
+        let (euler, count) = (complex.euler(), complex.triangles.len());
+        let mended = unfold(complex, &Stay);
+        assert!(folded(&mended).is_empty());
+        assert_eq!((mended.euler(), mended.pieces()), (euler, 1));
+        assert_eq!(mended.triangles.len(), count);
+        assert!(mended.check().is_empty());
+    }
+
+    #[test]
+    fn two_nodes_that_have_changed_places_are_parted() {
+        let mut complex = plate();
+        let (n, m) = (at(&complex, 2.0, 3.0), at(&complex, 4.0, 3.0));
+        let p = complex.nodes[n].point;
+        complex.nodes[n].point = complex.nodes[m].point;
+        complex.nodes[m].point = p;
+        assert!(folded(&complex).len() > 1);
+        let mended = unfold(complex, &Stay);
+        assert!(folded(&mended).is_empty());
+        assert_eq!((mended.euler(), mended.pieces()), (1, 1));
+    }
+
+    #[test]
+    fn a_sound_plate_stays() {
+        let complex = plate();
+        assert_eq!(unfold(complex.clone(), &Stay).nodes, complex.nodes);
+    }
+
+    #[test]
+    fn a_corner_of_the_border_is_never_moved_nor_taken() {
+        let mut complex = plate();
+        // The ends of the border's curves are corners here: faces 0 and 1 meet there.
+        for (x, y) in [(0.0, 0.0), (6.0, 0.0), (0.0, 6.0), (6.0, 6.0)] {
+            let n = at(&complex, x, y);
+            complex.nodes[n].supports = (0..2)
+                .map(|f| crate::model::complex::Support::Face(crate::model::ids::FaceId(f)))
+                .collect();
+        }
+        let n = at(&complex, 1.0, 1.0);
+        complex.nodes[n].point += DVec3::new(1.6, 0.3, 0.0);
+        let mended = unfold(complex, &Stay);
+        assert!(folded(&mended).is_empty());
+        for (x, y) in [(0.0, 0.0), (6.0, 0.0), (0.0, 6.0), (6.0, 6.0)] {
+            let n = at(&mended, x, y);
+            assert_eq!(mended.nodes[n].point, DVec3::new(x, y, 0.0));
+        }
+        assert_eq!(mended.triangles.as_slice()[0].wall, WallId(0));
+    }
+}
