@@ -478,6 +478,14 @@ impl Placer for Medial<'_> {
         if self.planes(wall).is_some() {
             return f64::INFINITY;
         }
+        // Beyond the parabola round a step's inner edge the sheet is as it was; one thickness away it is over in any case.
+        let step = self.sides[wall]
+            .iter()
+            .map(|s| s.inner_edges.radius(point, self.thickness[wall]))
+            .fold(f64::INFINITY, f64::min);
+        if step.is_finite() {
+            return step;
+        }
         let Some([a, b]) = self.feet(point, wall) else {
             return f64::INFINITY;
         };

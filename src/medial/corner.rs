@@ -7,6 +7,7 @@ use super::Foot;
 use crate::model::brep::Brep;
 use crate::model::ids::{FaceId, FacetId, Id, VertexId};
 use crate::model::walls::{Aag, Convexity};
+use crate::spatial::TriangleBvh;
 use glam::DVec3;
 
 /// A foot lies on an edge or a corner within this share of the facet's size: rounding, no more.
@@ -17,6 +18,7 @@ const ON: f64 = 1e-9;
 pub(super) struct InnerEdges {
     /// Ends of the segments, the lower first, sorted.
     segments: Vec<[VertexId; 2]>,
+    near: TriangleBvh,
 }
 
 impl InnerEdges {
@@ -32,7 +34,24 @@ impl InnerEdges {
             .collect();
         segments.sort_unstable();
         segments.dedup();
-        Self { segments }
+        let lines: Vec<[DVec3; 3]> = segments
+            .iter()
+            .map(|s| {
+                let [a, b] = s.map(|v| brep.vertices[v]);
+                [a, b, b]
+            })
+            .collect();
+        let near = TriangleBvh::new(&lines);
+        Self { segments, near }
+    }
+
+    /// Radius of the curve that the mid-surface makes round the inner edge nearest to `p`, if one lies within `reach`.
+    ///
+    /// It is a parabola with its focus at the edge: at a distance d from the focus its radius is 2 d at least.
+    pub(super) fn radius(&self, p: DVec3, reach: f64) -> f64 {
+        self.near
+            .nearest_within(p, reach)
+            .map_or(f64::INFINITY, |near| 2.0 * near.distance)
     }
 
     /// The foot of `p` with its normal turned to look at `p`, where it lies on an inner edge; as it is elsewhere.
