@@ -29,6 +29,8 @@ const GREATEST_RATIO: f64 = 3.0;
 const SLACK: f64 = 0.05;
 /// A joggle leaves at least this share of the thickness between its two inner edges, and rises by as much at most: what is left is a wall still.
 const LEAST_NECK: f64 = 0.5;
+/// A face nearer than this share of its height touches the side: rounding, no more.
+const TOUCHES: f64 = 1e-6;
 /// A groove leaves less than this share of the thickness: a sheet that took no heed of it would be out of the middle by a seventh at least.
 const SHALLOW: f64 = 0.75;
 /// Heights are measured plumb to the opposite side, to this cosine, and both levels look at it: slanted lateral faces and the fillets of bends do not.
@@ -49,8 +51,31 @@ pub(super) struct Step {
     pub opposite: Vec<FaceId>,
 }
 
-/// Least and greatest height of a face above an opposite one; `None` where it is not plumb above it.
-type Height = Option<[f64; 2]>;
+/// Where a face lies above a side.
+#[derive(Clone, Debug)]
+struct Heights {
+    /// Distance of its nearest vertex, plumb above the side or not.
+    nearest: f64,
+    /// Least and greatest height above each face of the side that some of its vertices are plumb above.
+    over: Vec<(FaceId, [f64; 2])>,
+}
+
+impl Heights {
+    /// Least and greatest height above some faces of the side.
+    fn above(&self, faces: &[FaceId]) -> Option<[f64; 2]> {
+        (self.over.iter())
+            .filter(|(f, _)| faces.contains(f))
+            .map(|(_, range)| *range)
+            .reduce(|[a, b], [c, d]| [a.min(c), b.max(d)])
+    }
+}
+
+/// Faces of one side above which heights are measured: those of the pairs in question. What runs on above others is judged there.
+#[derive(Clone, Copy)]
+struct Ground<'f> {
+    side: Side,
+    faces: &'f [FaceId],
+}
 
 /// One side of a wall as far as it is known: a set of pairs joined so far, and which of its two sides.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -91,7 +116,9 @@ struct Search<'a, S> {
     sides: &'a S,
     facets: IndexVec<FaceId, Vec<FacetId>>,
     surfaces: BTreeMap<Side, Base>,
-    heights: BTreeMap<(FaceId, Side), Height>,
+    /// Faces between the two sides of some wall.
+    lateral: IndexVec<FaceId, bool>,
+    heights: BTreeMap<(FaceId, Side), Heights>,
 }
 
 /// All steps, in order of their pairs.
@@ -113,6 +140,7 @@ pub(super) fn steps(
         sides,
         facets,
         surfaces: BTreeMap::new(),
+        lateral: lateral(aag, pairs, of_face),
         heights: BTreeMap::new(),
     };
     let most = GREATEST_RATIO * (1.0 + SLACK);
@@ -121,11 +149,19 @@ pub(super) fn steps(
         let t = p.thickness[1];
         for a in p.faces {
             let b = other(p, a);
-            let base = sides.side(i as u32, b);
+            let side = sides.side(i as u32, b);
+            let faces = search.around(b, side);
             // All that may be reached at all, then each goal under its own limits.
             let range = [(t / most).min(LEAST_NECK * t), most * t];
             found.extend(search.groove(i as u32, p, a));
-            for c in search.goals(a, base, range) {
+            for c in search.goals(
+                a,
+                Ground {
+                    side,
+                    faces: &faces,
+                },
+                range,
+            ) {
                 for &j in &of_face[c] {
                     let q = &pairs[j as usize];
                     let d = other(q, c);
@@ -165,11 +201,20 @@ impl<S: Sides> Search<'_, S> {
             let rise = (1.0 - LEAST_NECK) * thin;
             [LEAST_NECK * thin, thick + rise * (1.0 + SLACK)]
         };
-        let risers = self.between([a, c], [near, far], near.opposite(), range)?;
+        let ground = Ground {
+            side: near.opposite(),
+            faces: &[b, d],
+        };
+        let risers = self.between([a, c], [near, far], ground, range)?;
         let opposite = if level {
             Vec::new()
         } else {
-            self.between([b, d], [near.opposite(), far.opposite()], near, range)?
+            let ends = [near.opposite(), far.opposite()];
+            let ground = Ground {
+                side: near,
+                faces: &[a, c],
+            };
+            self.between([b, d], ends, ground, range)?
         };
         Some(Step {
             pairs,
@@ -182,24 +227,31 @@ impl<S: Sides> Search<'_, S> {
     /// The faces of grooves in `a` too narrow to have a mate of their own, as a step from the pair to itself.
     fn groove(&mut self, pair: u32, p: &FacePair, a: FaceId) -> Option<Step> {
         let near = self.sides.side(pair, a);
-        let base = near.opposite();
+        let b = other(p, a);
+        let ground = Ground {
+            side: near.opposite(),
+            faces: &[b],
+        };
         let [_, t, _] = p.thickness;
         let range = [t / GREATEST_RATIO, t * (1.0 + SLACK)];
         let mut risers = Vec::new();
-        for members in self.component(a, base, range) {
+        for members in self.component(a, ground, range) {
             let kept = self.bordering(members.clone(), [near, near]);
             let deep = kept.iter().any(|&f| {
-                self.height(f, base)
+                self.height(f, ground)
                     .is_some_and(|[least, _]| least < SHALLOW * t)
             });
-            let sides = self.sides;
-            let own = members.iter().all(|&f| {
-                self.aag.arcs_of(f).all(|x| {
-                    let g = Aag::across(x, f);
-                    self.of_face[g].is_empty() || sides.faces(near).binary_search(&g).is_ok()
-                })
-            });
-            if deep && own {
+            // What stands beyond the wall's end has a wall of its own.
+            let (aag, sides) = (self.aag, self.sides);
+            let own = deep
+                && members.iter().all(|&f| {
+                    aag.arcs_of(f).map(|x| Aag::across(x, f)).all(|g| {
+                        self.of_face[g].is_empty()
+                            || sides.faces(near).binary_search(&g).is_ok()
+                            || self.height(g, ground).is_none()
+                    })
+                });
+            if own {
                 risers.extend(kept);
             }
         }
@@ -236,13 +288,13 @@ impl<S: Sides> Search<'_, S> {
         }
     }
 
-    /// Unpaired faces that hang together with `a` and lie within the range of heights above `base`.
-    fn component(&mut self, a: FaceId, base: Side, range: [f64; 2]) -> Vec<Vec<FaceId>> {
+    /// Unpaired faces that hang together with `a` and lie within the range of heights.
+    fn component(&mut self, a: FaceId, ground: Ground, range: [f64; 2]) -> Vec<Vec<FaceId>> {
         let mut seen: Vec<FaceId> = Vec::new();
         let mut all = Vec::new();
         let aag = self.aag;
         for seed in aag.arcs_of(a).map(|x| Aag::across(x, a)) {
-            if seen.contains(&seed) || !self.within(seed, base, range) {
+            if seen.contains(&seed) || !self.within(seed, ground, range) {
                 continue;
             }
             let mut members = vec![seed];
@@ -251,7 +303,7 @@ impl<S: Sides> Search<'_, S> {
                 let f = members[at];
                 at += 1;
                 for g in aag.arcs_of(f).map(|x| Aag::across(x, f)) {
-                    if !members.contains(&g) && self.within(g, base, range) {
+                    if !members.contains(&g) && self.within(g, ground, range) {
                         members.push(g);
                     }
                 }
@@ -263,17 +315,17 @@ impl<S: Sides> Search<'_, S> {
     }
 
     /// Paired faces beyond the unpaired ones round `a`.
-    fn goals(&mut self, a: FaceId, base: Side, range: [f64; 2]) -> Vec<FaceId> {
+    fn goals(&mut self, a: FaceId, ground: Ground, range: [f64; 2]) -> Vec<FaceId> {
         let sides = self.sides;
         let mut goals: Vec<FaceId> = self
-            .component(a, base, range)
+            .component(a, ground, range)
             .into_iter()
             .flatten()
             .flat_map(|f| self.aag.arcs_of(f).map(move |x| Aag::across(x, f)))
             .filter(|&g| {
                 g != a
                     && !self.of_face[g].is_empty()
-                    && sides.faces(base).binary_search(&g).is_err()
+                    && sides.faces(ground.side).binary_search(&g).is_err()
             })
             .collect();
         goals.sort_unstable();
@@ -286,11 +338,11 @@ impl<S: Sides> Search<'_, S> {
         &mut self,
         [a, c]: [FaceId; 2],
         ends: [Side; 2],
-        base: Side,
+        ground: Ground,
         range: [f64; 2],
     ) -> Option<Vec<FaceId>> {
         let mut risers = Vec::new();
-        for members in self.component(a, base, range) {
+        for members in self.component(a, ground, range) {
             let members = self.bordering(members, ends);
             let touches = |g: FaceId| {
                 members
@@ -303,7 +355,7 @@ impl<S: Sides> Search<'_, S> {
         }
         risers.sort_unstable();
         risers.dedup();
-        let level = self.faces(a, base, range[1]) && self.faces(c, base, range[1]);
+        let level = self.faces(a, ground.side, range[1]) && self.faces(c, ground.side, range[1]);
         (level && !risers.is_empty()).then_some(risers)
     }
 
@@ -347,33 +399,77 @@ impl<S: Sides> Search<'_, S> {
         });
     }
 
-    fn within(&mut self, f: FaceId, base: Side, [low, high]: [f64; 2]) -> bool {
+    /// A face and those of its side that go on with it smoothly.
+    fn around(&self, b: FaceId, side: Side) -> Vec<FaceId> {
+        let smooth = (self.aag.arcs_of(b))
+            .filter(|x| x.convexity == Convexity::Smooth)
+            .map(|x| Aag::across(x, b))
+            .filter(|g| self.sides.faces(side).binary_search(g).is_ok());
+        std::iter::once(b).chain(smooth).collect()
+    }
+
+    fn within(&mut self, f: FaceId, ground: Ground, [low, high]: [f64; 2]) -> bool {
         self.of_face[f].is_empty()
+            && !self.lateral[f]
             && self
-                .height(f, base)
+                .height(f, ground)
                 .is_some_and(|[least, most]| least >= low && most <= high)
     }
 
-    fn height(&mut self, f: FaceId, base: Side) -> Height {
-        if let Some(&known) = self.heights.get(&(f, base)) {
-            return known;
+    /// `None` for a face that is plumb above the ground nowhere, or touches the side.
+    fn height(&mut self, f: FaceId, ground: Ground) -> Option<[f64; 2]> {
+        let key = (f, ground.side);
+        if !self.heights.contains_key(&key) {
+            let found = self.measure(f, ground.side);
+            self.heights.insert(key, found);
         }
-        self.look_at(base);
+        let found = self.heights.get(&key)?;
+        let [least, most] = found.above(ground.faces)?;
+        (found.nearest > TOUCHES * most).then_some([least, most])
+    }
+
+    fn measure(&mut self, f: FaceId, side: Side) -> Heights {
+        self.look_at(side);
+        let mut found = Heights {
+            nearest: f64::INFINITY,
+            over: Vec::new(),
+        };
         let brep = self.brep;
-        let Base { bvh, facets: own } = self.surfaces.get(&base)?;
-        let mut range = Some([f64::INFINITY, 0.0f64]);
+        let Some(Base { bvh, facets: own }) = self.surfaces.get(&side) else {
+            return found;
+        };
+        let mut over: BTreeMap<FaceId, [f64; 2]> = BTreeMap::new();
         for v in self.facets[f].iter().flat_map(|&t| brep.facets[t].corners) {
             let p = brep.vertices[v];
-            range = range.and_then(|[least, most]| {
-                let near = bvh.nearest(p)?;
-                let plumb =
-                    (near.point - p).dot(normal(brep, own[near.index])) > PLUMB_COS * near.distance;
-                plumb.then_some([least.min(near.distance), most.max(near.distance)])
-            });
+            let Some(near) = bvh.nearest(p) else {
+                continue;
+            };
+            let (facet, d) = (own[near.index], near.distance);
+            found.nearest = found.nearest.min(d);
+            if (near.point - p).dot(normal(brep, facet)) > PLUMB_COS * d {
+                let [least, most] = over.entry(brep.facets[facet].face).or_insert([d, d]);
+                (*least, *most) = (least.min(d), most.max(d));
+            }
         }
-        self.heights.insert((f, base), range);
-        range
+        found.over = over.into_iter().collect();
+        found
     }
+}
+
+/// Faces with the two faces of some pair among their neighbours.
+fn lateral(
+    aag: &Aag,
+    pairs: &[FacePair],
+    of_face: &IndexVec<FaceId, Vec<u32>>,
+) -> IndexVec<FaceId, bool> {
+    (aag.of_face.ids())
+        .map(|f| {
+            let around: Vec<FaceId> = aag.arcs_of(f).map(|x| Aag::across(x, f)).collect();
+            around.iter().any(|&g| {
+                (of_face[g].iter()).any(|&i| around.contains(&other(&pairs[i as usize], g)))
+            })
+        })
+        .collect()
 }
 
 fn normal(brep: &Brep, facet: FacetId) -> DVec3 {
