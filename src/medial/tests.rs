@@ -280,3 +280,20 @@ fn at_the_crest_of_a_rim_the_middle_is_where_both_sides_are_as_far() {
         assert!(normal.z.abs() > 0.5, "{normal}");
     }
 }
+
+#[test]
+fn round_the_inner_edge_of_a_step_the_mid_surface_bends() {
+    let solid = step_plate();
+    let (aag, pairing) = read(&solid.brep);
+    let medial = Medial::new(&solid.brep, &aag, &pairing);
+    let wall = WallId(0);
+    for (x, z) in [(19.5, 1.2), (20.0, 1.0), (20.5, 1.4)] {
+        let p = DVec3::new(x, 11.0, z);
+        let wanted = 2.0 * (x - 20.0).hypot(z - 2.0);
+        assert!((medial.curvature_radius(p, wall) - wanted).abs() < 1e-12);
+    }
+    for x in [4.0, 36.0] {
+        let p = DVec3::new(x, 11.0, 1.0);
+        assert_eq!(medial.curvature_radius(p, wall), f64::INFINITY);
+    }
+}

@@ -29,6 +29,8 @@ const GREATEST_RATIO: f64 = 3.0;
 const SLACK: f64 = 0.05;
 /// A joggle leaves at least this share of the thickness between its two inner edges, and rises by as much at most: what is left is a wall still.
 const LEAST_NECK: f64 = 0.5;
+/// Another wall takes up less than this share of a groove's border: more, and the groove is the foot of a step or of a rib.
+const FOREIGN: f64 = 0.2;
 /// A face nearer than this share of its height touches the side: rounding, no more.
 const TOUCHES: f64 = 1e-6;
 /// A groove leaves less than this share of the thickness: a sheet that took no heed of it would be out of the middle by a seventh at least.
@@ -241,17 +243,7 @@ impl<S: Sides> Search<'_, S> {
                 self.height(f, ground)
                     .is_some_and(|[least, _]| least < SHALLOW * t)
             });
-            // What stands beyond the wall's end has a wall of its own.
-            let (aag, sides) = (self.aag, self.sides);
-            let own = deep
-                && members.iter().all(|&f| {
-                    aag.arcs_of(f).map(|x| Aag::across(x, f)).all(|g| {
-                        self.of_face[g].is_empty()
-                            || sides.faces(near).binary_search(&g).is_ok()
-                            || self.height(g, ground).is_none()
-                    })
-                });
-            if own {
+            if deep && self.borders_foreign(&members, near, ground) < FOREIGN {
                 risers.extend(kept);
             }
         }
@@ -263,6 +255,24 @@ impl<S: Sides> Search<'_, S> {
             risers,
             opposite: Vec::new(),
         })
+    }
+
+    /// Length of a component's border along the sides of other walls above the same ground, as a share of that along its own side. What
+    /// stands beyond the wall's end is not above it.
+    fn borders_foreign(&mut self, members: &[FaceId], near: Side, ground: Ground) -> f64 {
+        let (aag, sides) = (self.aag, self.sides);
+        let (mut own, mut foreign) = (0.0, 0.0);
+        for &f in members {
+            for x in aag.arcs_of(f) {
+                let g = Aag::across(x, f);
+                if sides.faces(near).binary_search(&g).is_ok() {
+                    own += x.length;
+                } else if !self.of_face[g].is_empty() && self.height(g, ground).is_some() {
+                    foreign += x.length;
+                }
+            }
+        }
+        foreign / own
     }
 
     /// The faces of a component that lie along the sides or along one another.
@@ -444,11 +454,13 @@ impl<S: Sides> Search<'_, S> {
             let Some(near) = bvh.nearest(p) else {
                 continue;
             };
-            let (facet, d) = (own[near.index], near.distance);
-            found.nearest = found.nearest.min(d);
-            if (near.point - p).dot(normal(brep, facet)) > PLUMB_COS * d {
-                let [least, most] = over.entry(brep.facets[facet].face).or_insert([d, d]);
-                (*least, *most) = (least.min(d), most.max(d));
+            let facet = own[near.index];
+            let height = (near.point - p).dot(normal(brep, facet));
+            found.nearest = found.nearest.min(near.distance);
+            if height > PLUMB_COS * near.distance {
+                let face = brep.facets[facet].face;
+                let [least, most] = over.entry(face).or_insert([height, height]);
+                (*least, *most) = (least.min(height), most.max(height));
             }
         }
         found.over = over.into_iter().collect();
