@@ -6,19 +6,18 @@
 //! a step the side does not end: there the distance is that to the edge, and the mid-surface climbs along a parabola.
 
 mod corner;
-
 mod memory;
-
+mod queries;
+mod reach;
 mod slant;
 
-use crate::geom::placer::Placer;
 use crate::geom::planes;
 use crate::geom::six_node::{self, ReadyFacet};
 use crate::geom::triangle::nearest_on_triangle;
 use crate::model::brep::Brep;
 use crate::model::complex::Support;
 use crate::model::ids::{FaceId, FacetId, IndexVec, VertexId, WallId};
-use crate::model::walls::{Aag, Convexity, Pairing, Wall};
+use crate::model::walls::{Aag, Convexity, Pairing};
 use crate::spatial::{Hint, TriangleBvh};
 use corner::InnerEdges;
 use glam::DVec3;
@@ -35,8 +34,6 @@ const LEASH: f64 = 3.0;
 /// Nor further beyond the end of its surfaces than this, in thicknesses: sheets that are extended to meet do so within the block where
 /// their walls join. One that lies further out may stay where it is.
 const REACH: f64 = 1.5;
-/// A blend turns from the side that it leads on from by less than this: a chamfer does by 45 degrees, the wall of a boss by 90.
-const BLEND_RAD: f64 = std::f64::consts::FRAC_PI_3;
 /// Tangent planes whose unit normals differ by less than this define no middle.
 const LEAST_OPPOSITION: f64 = 0.5;
 
@@ -55,9 +52,6 @@ const ACROSS_GAP: f64 = 1e-3;
 const SAME_WAY: f64 = 0.5;
 /// A foot is plumb within this sine; far above rounding, far below what a wrong facet gives.
 const PLUMB: f64 = 1e-6;
-
-/// The mid-surface of a step bends this near to its inner edge, in thicknesses: the parabola ends within one, and as far again sizes grow.
-const STEP_REACH: f64 = 2.0;
 
 /// Where the last searches on one or two surfaces ended.
 type Hints = [Option<Hint>; 2];
@@ -245,7 +239,7 @@ impl<'a> Medial<'a> {
         let reach = pairing
             .walls
             .iter()
-            .map(|w| REACH * w.thickness + blends(aag, pairing, w).min(REACH * w.thickness))
+            .map(|w| REACH * w.thickness + reach::blends(aag, pairing, w).min(REACH * w.thickness))
             .collect();
         let typical = thickness.iter().sum::<f64>() / (thickness.len().max(1) as f64);
         let mut medial = Self {
@@ -472,21 +466,6 @@ impl<'a> Medial<'a> {
     }
 }
 
-/// The width of the widest blend that leads on from a side of the wall: the fillet or chamfer at its foot ends the side before the block where walls join.
-fn blends(aag: &Aag, pairing: &Pairing, wall: &Wall) -> f64 {
-    wall.sides
-        .iter()
-        .flatten()
-        .flat_map(|&f| aag.arcs_of(f).map(move |a| (a, Aag::across(a, f))))
-        .filter(|(a, g)| {
-            pairing.side[*g].is_none()
-                && a.convexity != Convexity::Convex
-                && a.turn_rad.abs() < BLEND_RAD
-        })
-        .map(|(_, g)| 2.0 * aag.area[g] / aag.perimeter[g].max(f64::MIN_POSITIVE))
-        .fold(0.0, f64::max)
-}
-
 /// The middle between two tangent planes, if they oppose each other.
 fn middle(normals: [DVec3; 2], depths: [f64; 2], beyond: f64) -> Option<Tangent> {
     let across = normals[0] - normals[1];
@@ -536,63 +515,6 @@ fn common_plane(brep: &Brep, facets: &[FacetId]) -> Option<Plane> {
         normal,
         offset: (low + high) / 2.0,
     })
-}
-
-impl Placer for Medial<'_> {
-    fn place(&self, start: DVec3, supports: &[Support]) -> DVec3 {
-        self.converge(start, supports, STEPS)
-    }
-
-    fn draw(&self, start: DVec3, supports: &[Support]) -> DVec3 {
-        self.converge(start, supports, 1)
-    }
-
-    fn normal(&self, point: DVec3, wall: WallId) -> Option<DVec3> {
-        if let Some([a, b]) = self.planes(wall) {
-            return (a.normal - b.normal).try_normalize();
-        }
-        let [a, b] = self.feet(point, wall)?;
-        let across = a.normal - b.normal;
-        if across.length() > LEAST_OPPOSITION {
-            return across.try_normalize();
-        }
-        (a.way(point).0 - b.way(point).0).try_normalize()
-    }
-
-    fn thickness(&self, point: DVec3, wall: WallId) -> Option<f64> {
-        if let Some([a, b]) = self.planes(wall) {
-            return Some(a.depth(point) + b.depth(point));
-        }
-        let [a, b] = self.feet(point, wall)?;
-        Some(a.depth(point) + b.depth(point))
-    }
-
-    fn beyond(&self, point: DVec3, wall: WallId) -> f64 {
-        self.feet(point, wall)
-            .map_or(f64::INFINITY, |[a, b]| a.beyond(point).max(b.beyond(point)))
-    }
-
-    fn curvature_radius(&self, point: DVec3, wall: WallId) -> f64 {
-        if self.planes(wall).is_some() {
-            return f64::INFINITY;
-        }
-        let Some([a, b]) = self.feet(point, wall) else {
-            return f64::INFINITY;
-        };
-        let radius = |f: &Foot| 1.0 / self.curvature[f.facet];
-        // The middle of two concentric arcs; where one side is flat, the other's word counts for half.
-        let (r, s) = (radius(&a), radius(&b));
-        let bend = if r.is_finite() && s.is_finite() {
-            (r + s) / 2.0
-        } else {
-            2.0 * r.min(s)
-        };
-        let reach = STEP_REACH * self.thickness[wall];
-        let steps = self.sides[wall]
-            .each_ref()
-            .map(|s| s.inner_edges.radius(point, reach));
-        bend.min(steps[0]).min(steps[1])
-    }
 }
 
 /// The bent facets that share a corner with each facet, each once.

@@ -320,3 +320,20 @@ fn a_layer_keeps_its_middle_though_another_layer_of_its_wall_is_nearer() {
         }
     }
 }
+
+#[test]
+fn round_the_inner_edge_of_a_step_the_mid_surface_bends() {
+    let solid = step_plate();
+    let (aag, pairing) = read(&solid.brep);
+    let medial = Medial::new(&solid.brep, &aag, &pairing);
+    let wall = WallId(0);
+    for (x, z) in [(19.5, 1.2), (20.0, 1.0), (20.5, 1.4)] {
+        let p = DVec3::new(x, 11.0, z);
+        let wanted = 2.0 * (x - 20.0).hypot(z - 2.0);
+        assert!((medial.curvature_radius(p, wall) - wanted).abs() < 1e-12);
+    }
+    for x in [4.0, 36.0] {
+        let p = DVec3::new(x, 11.0, 1.0);
+        assert_eq!(medial.curvature_radius(p, wall), f64::INFINITY);
+    }
+}

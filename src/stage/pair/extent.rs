@@ -22,6 +22,9 @@ const REACH: f64 = 1.0;
 /// over such a reach.
 const ALIKE: f64 = 1.35;
 
+/// A wall of one thickness is measured the same everywhere up to this share.
+const ROUNDING: f64 = 1e-6;
+
 /// How a wall ends in one direction.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum End {
@@ -58,7 +61,8 @@ pub(super) fn extent(bvh: &TriangleBvh, point: DVec3, inward: DVec3, across: f64
     found
 }
 
-/// How far the wall goes on in one direction, in thicknesses, and how it ends. It goes on beneath a rib that is thinner than the reach.
+/// How far the wall goes on in one direction, in thicknesses, and how it ends. It goes on beneath a rib that is thinner than the reach, and
+/// where it only gets thinner up to its end, as a ridge with a roof does, it goes on up to there.
 fn reach(
     bvh: &TriangleBvh,
     middle: DVec3,
@@ -69,25 +73,29 @@ fn reach(
     let free = bvh
         .first_hit(middle, direction)
         .map_or(f64::INFINITY, |(_, d)| d / across);
-    let goes_on = |next: f64| {
+    let thickness = |next: f64| {
         let at = middle + direction * (next * across);
-        let sum = [inward, -inward]
+        [inward, -inward]
             .into_iter()
             .map(|d| bvh.first_hit(at, d).map_or(f64::INFINITY, |(_, t)| t))
-            .sum::<f64>();
-        (across / ALIKE..across * ALIKE).contains(&sum)
+            .sum::<f64>()
     };
+    let goes_on = |next: f64| (across / ALIKE..across * ALIKE).contains(&thickness(next));
     let step = REACH / f64::from(STEPS);
     let (mut reached, mut broken) = (0.0, false);
+    let (mut before, mut tapers) = (across, true);
     for i in 1..=STEPS {
         let next = step * f64::from(i);
         if next > free {
-            if broken {
+            if broken && !tapers {
                 break;
             }
             return (free, End::Free);
         }
-        broken = !goes_on(next);
+        let here = thickness(next);
+        broken = !(across / ALIKE..across * ALIKE).contains(&here);
+        tapers &= here < before * (1.0 + ROUNDING);
+        before = here;
         if !broken {
             reached = next;
         }

@@ -8,6 +8,10 @@
 //! reaches down to the opposite side, a rib or a ridge rises above the thicker wall, a groove goes below the thinner one, and a fillet leads
 //! into a wall at an angle: none of these is a riser. Where the thickness more than trebles nothing is said: the thin wall then ends at a block.
 //!
+//! A groove too narrow to leave a wall of its own is no step, yet the sheet has to keep to the middle of what it leaves: its faces belong to the side that they are cut into.
+//!
+//! Heights are those above a whole side, since the ledge of a lip runs round a housing, over walls and corners alike.
+//!
 //! Cost: one nearest-point query a vertex of every unpaired face beside a paired one.
 
 use super::walls::other;
@@ -25,6 +29,12 @@ const GREATEST_RATIO: f64 = 3.0;
 const SLACK: f64 = 0.05;
 /// A joggle leaves at least this share of the thickness between its two inner edges, and rises by as much at most: what is left is a wall still.
 const LEAST_NECK: f64 = 0.5;
+/// Another wall takes up less than this share of a groove's border: more, and the groove is the foot of a step or of a rib.
+const FOREIGN: f64 = 0.2;
+/// A face nearer than this share of its height touches the side: rounding, no more.
+const TOUCHES: f64 = 1e-6;
+/// A groove leaves less than this share of the thickness: a sheet that took no heed of it would be out of the middle by a seventh at least.
+const SHALLOW: f64 = 0.75;
 /// Heights are measured plumb to the opposite side, to this cosine, and both levels look at it: slanted lateral faces and the fillets of bends do not.
 const PLUMB_COS: f64 = 0.8;
 /// Share of a riser's border that lies along the side that it continues: a chamfer at the rim of the thicker wall touches it with half of its border only.
@@ -43,16 +53,74 @@ pub(super) struct Step {
     pub opposite: Vec<FaceId>,
 }
 
-/// Least and greatest height of a face above an opposite one; `None` where it is not plumb above it.
-type Height = Option<[f64; 2]>;
+/// Where a face lies above a side.
+#[derive(Clone, Debug)]
+struct Heights {
+    /// Distance of its nearest vertex, plumb above the side or not.
+    nearest: f64,
+    /// Least and greatest height above each face of the side that some of its vertices are plumb above.
+    over: Vec<(FaceId, [f64; 2])>,
+}
 
-struct Search<'a> {
+impl Heights {
+    /// Least and greatest height above some faces of the side.
+    fn above(&self, faces: &[FaceId]) -> Option<[f64; 2]> {
+        (self.over.iter())
+            .filter(|(f, _)| faces.contains(f))
+            .map(|(_, range)| *range)
+            .reduce(|[a, b], [c, d]| [a.min(c), b.max(d)])
+    }
+}
+
+/// Faces of one side above which heights are measured: those of the pairs in question. What runs on above others is judged there.
+#[derive(Clone, Copy)]
+struct Ground<'f> {
+    side: Side,
+    faces: &'f [FaceId],
+}
+
+/// One side of a wall as far as it is known: a set of pairs joined so far, and which of its two sides.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) struct Side {
+    /// The pair that stands for the set.
+    pub set: u32,
+    /// Which side of it.
+    pub second: bool,
+}
+
+impl Side {
+    fn opposite(self) -> Self {
+        Self {
+            second: !self.second,
+            ..self
+        }
+    }
+}
+
+/// The walls as far as they are known.
+pub(super) trait Sides {
+    /// The side on which a face of a pair lies.
+    fn side(&self, pair: u32, face: FaceId) -> Side;
+    /// Its faces, sorted.
+    fn faces(&self, side: Side) -> &[FaceId];
+}
+
+/// The surface of a side, and whose facets its triangles are.
+struct Base {
+    bvh: TriangleBvh,
+    facets: Vec<FacetId>,
+}
+
+struct Search<'a, S> {
     brep: &'a Brep,
     aag: &'a Aag,
     of_face: &'a IndexVec<FaceId, Vec<u32>>,
+    sides: &'a S,
     facets: IndexVec<FaceId, Vec<FacetId>>,
-    surfaces: BTreeMap<FaceId, TriangleBvh>,
-    heights: BTreeMap<(FaceId, FaceId), Height>,
+    surfaces: BTreeMap<Side, Base>,
+    /// Faces between the two sides of some wall.
+    lateral: IndexVec<FaceId, bool>,
+    heights: BTreeMap<(FaceId, Side), Heights>,
 }
 
 /// All steps, in order of their pairs.
@@ -61,6 +129,7 @@ pub(super) fn steps(
     aag: &Aag,
     pairs: &[FacePair],
     of_face: &IndexVec<FaceId, Vec<u32>>,
+    sides: &impl Sides,
 ) -> Vec<Step> {
     let mut facets = IndexVec::filled(Vec::new(), brep.faces.len());
     for (id, f) in brep.facets.enumerated() {
@@ -70,8 +139,10 @@ pub(super) fn steps(
         brep,
         aag,
         of_face,
+        sides,
         facets,
         surfaces: BTreeMap::new(),
+        lateral: lateral(aag, pairs, of_face),
         heights: BTreeMap::new(),
     };
     let most = GREATEST_RATIO * (1.0 + SLACK);
@@ -80,9 +151,19 @@ pub(super) fn steps(
         let t = p.thickness[1];
         for a in p.faces {
             let b = other(p, a);
+            let side = sides.side(i as u32, b);
+            let faces = search.around(b, side);
             // All that may be reached at all, then each goal under its own limits.
             let range = [(t / most).min(LEAST_NECK * t), most * t];
-            for c in search.goals(a, b, range) {
+            found.extend(search.groove(i as u32, p, a));
+            for c in search.goals(
+                a,
+                Ground {
+                    side,
+                    faces: &faces,
+                },
+                range,
+            ) {
                 for &j in &of_face[c] {
                     let q = &pairs[j as usize];
                     let d = other(q, c);
@@ -98,7 +179,7 @@ pub(super) fn steps(
     found
 }
 
-impl Search<'_> {
+impl<S: Sides> Search<'_, S> {
     fn step(
         &mut self,
         pairs: [u32; 2],
@@ -110,7 +191,8 @@ impl Search<'_> {
             p.thickness[0].min(q.thickness[0]),
             p.thickness[2].max(q.thickness[2]),
         );
-        let level = b == d
+        let [near, far] = [self.sides.side(pairs[0], a), self.sides.side(pairs[1], c)];
+        let level = self.sides.faces(near.opposite()).binary_search(&d).is_ok()
             || self
                 .aag
                 .arcs_of(b)
@@ -121,11 +203,20 @@ impl Search<'_> {
             let rise = (1.0 - LEAST_NECK) * thin;
             [LEAST_NECK * thin, thick + rise * (1.0 + SLACK)]
         };
-        let risers = self.between(a, c, b, range)?;
+        let ground = Ground {
+            side: near.opposite(),
+            faces: &[b, d],
+        };
+        let risers = self.between([a, c], [near, far], ground, range)?;
         let opposite = if level {
             Vec::new()
         } else {
-            self.between(b, d, a, range)?
+            let ends = [near.opposite(), far.opposite()];
+            let ground = Ground {
+                side: near,
+                faces: &[a, c],
+            };
+            self.between([b, d], ends, ground, range)?
         };
         Some(Step {
             pairs,
@@ -135,13 +226,85 @@ impl Search<'_> {
         })
     }
 
-    /// Unpaired faces that hang together with `a` and lie within the range of heights above `base`.
-    fn component(&mut self, a: FaceId, base: FaceId, range: [f64; 2]) -> Vec<Vec<FaceId>> {
+    /// The faces of grooves in `a` too narrow to have a mate of their own, as a step from the pair to itself.
+    fn groove(&mut self, pair: u32, p: &FacePair, a: FaceId) -> Option<Step> {
+        let near = self.sides.side(pair, a);
+        let b = other(p, a);
+        let ground = Ground {
+            side: near.opposite(),
+            faces: &[b],
+        };
+        let [_, t, _] = p.thickness;
+        let range = [t / GREATEST_RATIO, t * (1.0 + SLACK)];
+        let mut risers = Vec::new();
+        for members in self.component(a, ground, range) {
+            let kept = self.bordering(members.clone(), [near, near]);
+            let deep = kept.iter().any(|&f| {
+                self.height(f, ground)
+                    .is_some_and(|[least, _]| least < SHALLOW * t)
+            });
+            if deep && self.borders_foreign(&members, near, ground) < FOREIGN {
+                risers.extend(kept);
+            }
+        }
+        risers.sort_unstable();
+        risers.dedup();
+        (!risers.is_empty()).then(|| Step {
+            pairs: [pair; 2],
+            faces: [a; 2],
+            risers,
+            opposite: Vec::new(),
+        })
+    }
+
+    /// Length of a component's border along the sides of other walls above the same ground, as a share of that along its own side. What
+    /// stands beyond the wall's end is not above it.
+    fn borders_foreign(&mut self, members: &[FaceId], near: Side, ground: Ground) -> f64 {
+        let (aag, sides) = (self.aag, self.sides);
+        let (mut own, mut foreign) = (0.0, 0.0);
+        for &f in members {
+            for x in aag.arcs_of(f) {
+                let g = Aag::across(x, f);
+                if sides.faces(near).binary_search(&g).is_ok() {
+                    own += x.length;
+                } else if !self.of_face[g].is_empty() && self.height(g, ground).is_some() {
+                    foreign += x.length;
+                }
+            }
+        }
+        foreign / own
+    }
+
+    /// The faces of a component that lie along the sides or along one another.
+    fn bordering(&self, mut members: Vec<FaceId>, ends: [Side; 2]) -> Vec<FaceId> {
+        loop {
+            let kept = members.clone();
+            members.retain(|&f| {
+                let along: f64 = self
+                    .aag
+                    .arcs_of(f)
+                    .filter(|x| {
+                        let g = Aag::across(x, f);
+                        let on = |&s: &Side| self.sides.faces(s).binary_search(&g).is_ok();
+                        kept.contains(&g) || ends.iter().any(on)
+                    })
+                    .map(|x| x.length)
+                    .sum();
+                along >= LEAST_BORDER * self.aag.perimeter[f]
+            });
+            if members.len() == kept.len() {
+                return members;
+            }
+        }
+    }
+
+    /// Unpaired faces that hang together with `a` and lie within the range of heights.
+    fn component(&mut self, a: FaceId, ground: Ground, range: [f64; 2]) -> Vec<Vec<FaceId>> {
         let mut seen: Vec<FaceId> = Vec::new();
         let mut all = Vec::new();
         let aag = self.aag;
         for seed in aag.arcs_of(a).map(|x| Aag::across(x, a)) {
-            if seen.contains(&seed) || !self.within(seed, base, range) {
+            if seen.contains(&seed) || !self.within(seed, ground, range) {
                 continue;
             }
             let mut members = vec![seed];
@@ -150,7 +313,7 @@ impl Search<'_> {
                 let f = members[at];
                 at += 1;
                 for g in aag.arcs_of(f).map(|x| Aag::across(x, f)) {
-                    if !members.contains(&g) && self.within(g, base, range) {
+                    if !members.contains(&g) && self.within(g, ground, range) {
                         members.push(g);
                     }
                 }
@@ -162,13 +325,18 @@ impl Search<'_> {
     }
 
     /// Paired faces beyond the unpaired ones round `a`.
-    fn goals(&mut self, a: FaceId, base: FaceId, range: [f64; 2]) -> Vec<FaceId> {
+    fn goals(&mut self, a: FaceId, ground: Ground, range: [f64; 2]) -> Vec<FaceId> {
+        let sides = self.sides;
         let mut goals: Vec<FaceId> = self
-            .component(a, base, range)
+            .component(a, ground, range)
             .into_iter()
             .flatten()
             .flat_map(|f| self.aag.arcs_of(f).map(move |x| Aag::across(x, f)))
-            .filter(|&g| g != a && g != base && !self.of_face[g].is_empty())
+            .filter(|&g| {
+                g != a
+                    && !self.of_face[g].is_empty()
+                    && sides.faces(ground.side).binary_search(&g).is_err()
+            })
             .collect();
         goals.sort_unstable();
         goals.dedup();
@@ -178,32 +346,14 @@ impl Search<'_> {
     /// The risers from `a` to `c`, if there are any.
     fn between(
         &mut self,
-        a: FaceId,
-        c: FaceId,
-        base: FaceId,
+        [a, c]: [FaceId; 2],
+        ends: [Side; 2],
+        ground: Ground,
         range: [f64; 2],
     ) -> Option<Vec<FaceId>> {
         let mut risers = Vec::new();
-        for mut members in self.component(a, base, range) {
-            loop {
-                let before = members.len();
-                let kept = members.clone();
-                members.retain(|&f| {
-                    let along: f64 = self
-                        .aag
-                        .arcs_of(f)
-                        .filter(|x| {
-                            let g = Aag::across(x, f);
-                            g == a || g == c || kept.contains(&g)
-                        })
-                        .map(|x| x.length)
-                        .sum();
-                    along >= LEAST_BORDER * self.aag.perimeter[f]
-                });
-                if members.len() == before {
-                    break;
-                }
-            }
+        for members in self.component(a, ground, range) {
+            let members = self.bordering(members, ends);
             let touches = |g: FaceId| {
                 members
                     .iter()
@@ -215,16 +365,16 @@ impl Search<'_> {
         }
         risers.sort_unstable();
         risers.dedup();
-        let level = self.faces(a, base, range[1]) && self.faces(c, base, range[1]);
+        let level = self.faces(a, ground.side, range[1]) && self.faces(c, ground.side, range[1]);
         (level && !risers.is_empty()).then_some(risers)
     }
 
     /// Whether `f` looks the other way than `base` does somewhere plumb above it, at most so high. Beyond the fillets of a bend it does not;
     /// a fillet that is paired itself does at its end.
-    fn faces(&mut self, f: FaceId, base: FaceId, high: f64) -> bool {
+    fn faces(&mut self, f: FaceId, base: Side, high: f64) -> bool {
         self.look_at(base);
-        let (brep, own) = (self.brep, &self.facets[base]);
-        let Some(bvh) = self.surfaces.get(&base) else {
+        let brep = self.brep;
+        let Some(Base { bvh, facets: own }) = self.surfaces.get(&base) else {
             return false;
         };
         self.facets[f].iter().any(|&t| {
@@ -243,41 +393,95 @@ impl Search<'_> {
         })
     }
 
-    fn look_at(&mut self, base: FaceId) {
-        let (brep, own) = (self.brep, &self.facets[base]);
+    fn look_at(&mut self, base: Side) {
+        let (brep, sides, of_face) = (self.brep, self.sides, &self.facets);
         self.surfaces.entry(base).or_insert_with(|| {
-            let corners: Vec<[DVec3; 3]> = own.iter().map(|&t| brep.corners(t)).collect();
-            TriangleBvh::new(&corners)
+            let facets: Vec<FacetId> = sides
+                .faces(base)
+                .iter()
+                .flat_map(|&f| of_face[f].iter().copied())
+                .collect();
+            let corners: Vec<[DVec3; 3]> = facets.iter().map(|&t| brep.corners(t)).collect();
+            Base {
+                bvh: TriangleBvh::new(&corners),
+                facets,
+            }
         });
     }
 
-    fn within(&mut self, f: FaceId, base: FaceId, [low, high]: [f64; 2]) -> bool {
+    /// A face and those of its side that go on with it smoothly.
+    fn around(&self, b: FaceId, side: Side) -> Vec<FaceId> {
+        let smooth = (self.aag.arcs_of(b))
+            .filter(|x| x.convexity == Convexity::Smooth)
+            .map(|x| Aag::across(x, b))
+            .filter(|g| self.sides.faces(side).binary_search(g).is_ok());
+        std::iter::once(b).chain(smooth).collect()
+    }
+
+    fn within(&mut self, f: FaceId, ground: Ground, [low, high]: [f64; 2]) -> bool {
         self.of_face[f].is_empty()
+            && !self.lateral[f]
             && self
-                .height(f, base)
+                .height(f, ground)
                 .is_some_and(|[least, most]| least >= low && most <= high)
     }
 
-    fn height(&mut self, f: FaceId, base: FaceId) -> Height {
-        if let Some(&known) = self.heights.get(&(f, base)) {
-            return known;
+    /// `None` for a face that is plumb above the ground nowhere, or touches the side.
+    fn height(&mut self, f: FaceId, ground: Ground) -> Option<[f64; 2]> {
+        let key = (f, ground.side);
+        if !self.heights.contains_key(&key) {
+            let found = self.measure(f, ground.side);
+            self.heights.insert(key, found);
         }
-        self.look_at(base);
-        let (brep, own) = (self.brep, &self.facets[base]);
-        let bvh = self.surfaces.get(&base)?;
-        let mut range = Some([f64::INFINITY, 0.0f64]);
+        let found = self.heights.get(&key)?;
+        let [least, most] = found.above(ground.faces)?;
+        (found.nearest > TOUCHES * most).then_some([least, most])
+    }
+
+    fn measure(&mut self, f: FaceId, side: Side) -> Heights {
+        self.look_at(side);
+        let mut found = Heights {
+            nearest: f64::INFINITY,
+            over: Vec::new(),
+        };
+        let brep = self.brep;
+        let Some(Base { bvh, facets: own }) = self.surfaces.get(&side) else {
+            return found;
+        };
+        let mut over: BTreeMap<FaceId, [f64; 2]> = BTreeMap::new();
         for v in self.facets[f].iter().flat_map(|&t| brep.facets[t].corners) {
             let p = brep.vertices[v];
-            range = range.and_then(|[least, most]| {
-                let near = bvh.nearest(p)?;
-                let plumb =
-                    (near.point - p).dot(normal(brep, own[near.index])) > PLUMB_COS * near.distance;
-                plumb.then_some([least.min(near.distance), most.max(near.distance)])
-            });
+            let Some(near) = bvh.nearest(p) else {
+                continue;
+            };
+            let facet = own[near.index];
+            let height = (near.point - p).dot(normal(brep, facet));
+            found.nearest = found.nearest.min(near.distance);
+            if height > PLUMB_COS * near.distance {
+                let face = brep.facets[facet].face;
+                let [least, most] = over.entry(face).or_insert([height, height]);
+                (*least, *most) = (least.min(height), most.max(height));
+            }
         }
-        self.heights.insert((f, base), range);
-        range
+        found.over = over.into_iter().collect();
+        found
     }
+}
+
+/// Faces with the two faces of some pair among their neighbours.
+fn lateral(
+    aag: &Aag,
+    pairs: &[FacePair],
+    of_face: &IndexVec<FaceId, Vec<u32>>,
+) -> IndexVec<FaceId, bool> {
+    (aag.of_face.ids())
+        .map(|f| {
+            let around: Vec<FaceId> = aag.arcs_of(f).map(|x| Aag::across(x, f)).collect();
+            around.iter().any(|&g| {
+                (of_face[g].iter()).any(|&i| around.contains(&other(&pairs[i as usize], g)))
+            })
+        })
+        .collect()
 }
 
 fn normal(brep: &Brep, facet: FacetId) -> DVec3 {

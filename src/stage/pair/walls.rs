@@ -4,7 +4,7 @@
 //! one sheet. Across a sharp corner one wall ends and another begins, because there the sheets are to be extended until they meet instead of
 //! following the nearest face round the corner. Across a step of thickness the wall goes on, with the riser on its side.
 
-use super::risers::{Step, steps};
+use super::risers::{Side, Sides, Step, steps};
 use crate::model::brep::Brep;
 use crate::model::ids::{FaceId, Id, IndexVec, WallId};
 use crate::model::walls::{Aag, Convexity, FacePair, Pairing, Wall};
@@ -69,7 +69,17 @@ pub(super) fn walls(brep: &Brep, aag: &Aag, mut pairs: Vec<FacePair>) -> Pairing
     }
     // Pairs before and behind a step.
     let mut risers: Vec<(FaceId, u32, FaceId)> = Vec::new();
-    for step in steps(brep, aag, &pairs, &of_face) {
+    let found = steps(
+        brep,
+        aag,
+        &pairs,
+        &of_face,
+        &Joined {
+            pairs: &pairs,
+            union: &union,
+        },
+    );
+    for step in found {
         let [i, j] = step.pairs;
         let [a, c] = step.faces;
         if merge_groups(&mut side, a, c) && union.join(&pairs, i, j, a, c) {
@@ -184,6 +194,26 @@ fn merge_groups(side: &mut IndexVec<FaceId, Option<(u32, u8)>>, a: FaceId, c: Fa
         }
     }
     true
+}
+
+/// The pairs with what they are joined to.
+struct Joined<'a> {
+    pairs: &'a [FacePair],
+    union: &'a Union,
+}
+
+impl Sides for Joined<'_> {
+    fn side(&self, pair: u32, face: FaceId) -> Side {
+        let (set, flipped) = self.union.find(pair);
+        Side {
+            set,
+            second: (self.pairs[pair as usize].faces[1] == face) ^ flipped,
+        }
+    }
+
+    fn faces(&self, side: Side) -> &[FaceId] {
+        &self.union.sides[side.set as usize][usize::from(side.second)]
+    }
 }
 
 /// Union of oriented pairs: a set is one wall, and every pair knows whether it lies in it the other way round.

@@ -2,7 +2,7 @@ use super::*;
 use crate::model::ids::{CurveId, IndexVec, WallId};
 use crate::model::sighting::Extent;
 use crate::model::walls::{Arc, Convexity};
-use crate::test_parts::voxels::{cube, filled, lines, plate, wedge};
+use crate::test_parts::voxels::{Filled, cube, filled, lines, plate, wedge};
 use crate::test_parts::{box_brep, tube_brep};
 use glam::DVec3;
 
@@ -34,6 +34,36 @@ fn the_least_width_decides_and_scale_does_not() {
         assert_eq!(with(0.5), [[0, 1]]);
         assert_eq!(with(0.25), [[0, 1], [2, 3]]);
     }
+}
+
+#[test]
+fn a_ridge_under_a_roof_is_a_rib() {
+    // A ridge 4 thick and 3 high on a plate, under a roof 2 high that comes to an edge, or nearly so: 5 high in all.
+    let grid = [
+        lines(&[(20.0, 1), (24.0, 1), (44.0, 1)]),
+        lines(&[(40.0, 1)]),
+        lines(&[(2.0, 1), (5.0, 1), (7.0, 1)]),
+    ];
+    let ridge = filled(grid, |p| p.z < 2.0 || (p.x - 22.0).abs() < 2.0);
+    let sides = |solid: &Filled| {
+        let pairs = paired(&solid.brep).pairs;
+        let side = |sign: f64| {
+            solid.face(|p| {
+                let off = (p.x - 22.0) * sign;
+                p.z >= 2.0 && off > 0.0 && (p.z > 5.0 || off == 2.0)
+            })
+        };
+        let wanted = sorted(side(-1.0), side(1.0));
+        pairs.iter().any(|p| p.faces.map(|f| f.0) == wanted)
+    };
+    let roofed = ridge.mapped(|p| {
+        if p.z == 7.0 {
+            DVec3::new(22.0 + 0.1 * (p.x - 22.0), p.y, p.z)
+        } else {
+            p
+        }
+    });
+    assert!(sides(&roofed));
 }
 
 #[test]

@@ -103,13 +103,11 @@ fn both_sides_may_step_up_down_or_together() {
 }
 
 #[test]
-fn ridges_grooves_ribs_lumps_and_high_steps_have_no_risers() {
+fn ridges_shallow_grooves_ribs_lumps_and_high_steps_have_no_risers() {
     let ridge = profile(&[20.0, 21.0, 41.0], &[2.0, 3.0], |x, z| {
         z < 2.0 || (x - 20.5).abs() < 0.5
     });
-    let groove = profile(&[20.0, 21.0, 41.0], &[1.0, 2.0], |x, z| {
-        z < 1.0 || (x - 20.5).abs() > 0.5
-    });
+    let groove = grooved(1.6);
     // A joggle by all but a sixth of the thickness, and a step to four thicknesses.
     let shear = profile(&[20.0, 40.0], &[2.5, 3.0, 5.5], |x, z| {
         if x > 20.0 { z > 2.5 } else { z < 3.0 }
@@ -139,6 +137,56 @@ fn ridges_grooves_ribs_lumps_and_high_steps_have_no_risers() {
         assert_eq!(all.len(), coloured, "{name}");
         assert!(on_sides >= coloured, "{name}");
     }
+}
+
+/// A plate 2 thick with a groove 1 wide across it down to a height.
+fn grooved(down_to: f64) -> Filled {
+    profile(&[20.0, 21.0, 41.0], &[down_to, 2.0], |x, z| {
+        z < down_to || (x - 20.5).abs() > 0.5
+    })
+}
+
+#[test]
+fn a_narrow_groove_belongs_to_the_side_that_it_is_cut_into() {
+    for down_to in [0.8, 1.2] {
+        let solid = grooved(down_to);
+        let floor = solid.face(|p| p.z == down_to);
+        let sides = only_wall(&solid, floor).unwrap();
+        let walls = [20.0, 21.0].map(|x| solid.face(|p| p.x == x));
+        assert!(walls.iter().all(|f| sides[0].contains(f)), "{down_to}");
+        assert_eq!(sides.map(|s| s.len()), [5, 1]);
+    }
+    // Nearly through, or wider than a wall needs to be one: no groove, no riser above a third of the thickness.
+    let through = grooved(0.4);
+    let floor = through.face(|p| p.z == 0.4);
+    assert_eq!(paired(&through.brep).side[floor], None);
+}
+
+/// An open box with walls 2 thick and 8 high that carry a lip 1 thick and 2 high: one ledge runs round all four walls.
+fn lipped_box() -> Filled {
+    let grid = [
+        lines(&[(1.0, 1), (2.0, 1), (38.0, 6), (39.0, 1), (40.0, 1)]),
+        lines(&[(1.0, 1), (2.0, 1), (22.0, 3), (23.0, 1), (24.0, 1)]),
+        lines(&[(2.0, 1), (8.0, 2), (10.0, 1)]),
+    ];
+    filled(grid, |p| {
+        let depth = (p.x.min(40.0 - p.x)).min(p.y.min(24.0 - p.y));
+        p.z < 2.0 || (p.z < 8.0 && depth < 2.0) || depth < 1.0
+    })
+}
+
+#[test]
+fn a_ledge_that_runs_round_a_box_joins_each_lip_to_its_wall() {
+    let solid = lipped_box();
+    let ledge = solid.face(|p| p.z == 8.0);
+    let found = paired(&solid.brep);
+    assert_eq!(found.walls.len(), 5);
+    let stepped = (found.walls.iter())
+        .filter(|w| w.sides.iter().any(|s| s.contains(&ledge)))
+        .count();
+    assert_eq!(stepped, 4);
+    let rim = solid.face(|p| p.z == 10.0);
+    assert_eq!(found.side[rim], None);
 }
 
 #[test]

@@ -1,0 +1,67 @@
+//! What stages ask of the medial surfaces: places, normals, thickness, bends.
+
+use super::{Foot, LEAST_OPPOSITION, Medial, STEPS};
+use crate::geom::placer::Placer;
+use crate::model::complex::Support;
+use crate::model::ids::WallId;
+use glam::DVec3;
+
+/// The mid-surface of a step bends this near to its inner edge, in thicknesses: the parabola ends within one, and as far again sizes grow.
+const STEP_REACH: f64 = 2.0;
+
+impl Placer for Medial<'_> {
+    fn place(&self, start: DVec3, supports: &[Support]) -> DVec3 {
+        self.converge(start, supports, STEPS)
+    }
+
+    fn draw(&self, start: DVec3, supports: &[Support]) -> DVec3 {
+        self.converge(start, supports, 1)
+    }
+
+    fn normal(&self, point: DVec3, wall: WallId) -> Option<DVec3> {
+        if let Some([a, b]) = self.planes(wall) {
+            return (a.normal - b.normal).try_normalize();
+        }
+        let [a, b] = self.feet(point, wall)?;
+        let across = a.normal - b.normal;
+        if across.length() > LEAST_OPPOSITION {
+            return across.try_normalize();
+        }
+        (a.way(point).0 - b.way(point).0).try_normalize()
+    }
+
+    fn thickness(&self, point: DVec3, wall: WallId) -> Option<f64> {
+        if let Some([a, b]) = self.planes(wall) {
+            return Some(a.depth(point) + b.depth(point));
+        }
+        let [a, b] = self.feet(point, wall)?;
+        Some(a.depth(point) + b.depth(point))
+    }
+
+    fn beyond(&self, point: DVec3, wall: WallId) -> f64 {
+        self.feet(point, wall)
+            .map_or(f64::INFINITY, |[a, b]| a.beyond(point).max(b.beyond(point)))
+    }
+
+    fn curvature_radius(&self, point: DVec3, wall: WallId) -> f64 {
+        if self.planes(wall).is_some() {
+            return f64::INFINITY;
+        }
+        let Some([a, b]) = self.feet(point, wall) else {
+            return f64::INFINITY;
+        };
+        let radius = |f: &Foot| 1.0 / self.curvature[f.facet];
+        // The middle of two concentric arcs; where one side is flat, the other's word counts for half.
+        let (r, s) = (radius(&a), radius(&b));
+        let bend = if r.is_finite() && s.is_finite() {
+            (r + s) / 2.0
+        } else {
+            2.0 * r.min(s)
+        };
+        let reach = STEP_REACH * self.thickness[wall];
+        let steps = self.sides[wall]
+            .each_ref()
+            .map(|s| s.inner_edges.radius(point, reach));
+        bend.min(steps[0]).min(steps[1])
+    }
+}
