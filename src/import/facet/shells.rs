@@ -1,7 +1,8 @@
 //! From welded triangles to closed, outward oriented solids, or to the reason why there are none.
 //!
 //! **Orientation** spreads over sides that two triangles share; the volume of a shell decides its sign, and how deep it lies in others whether it bounds
-//! material or a void. **Sides with more than two triangles** are parted by angle, so that what hangs together through material stays together.
+//! material or a void. **Sides with more than two triangles** are parted by body, where every body that meets there can close itself, so that bodies that
+//! touch stay apart even where their facets lie on one another; else by angle, so that what hangs together through material stays together.
 //! **Holes** are closed where their border is no longer than [`HOLE`] of the part's diagonal: what a lost facet leaves; a longer border is a surface
 //! that was never a solid, and to guess its missing part would be to invent one.
 
@@ -197,6 +198,14 @@ type OpenSide = ([u32; 2], u32);
 fn mates(soup: &Soup) -> (Vec<[u32; 2]>, Vec<OpenSide>, usize) {
     let all = uses(&soup.triangles);
     let (mut pairs, mut open, mut forked) = (Vec::new(), Vec::new(), 0);
+    let mut bodies = Disjoint::new(soup.triangles.len());
+    for run in runs(&all) {
+        if let &[p, q] = run
+            && p.3 != q.3
+        {
+            bodies.join(p.2, q.2);
+        }
+    }
     for run in runs(&all) {
         let directed = |u: &Use| {
             if u.3 { [u.0, u.1] } else { [u.1, u.0] }
@@ -206,13 +215,29 @@ fn mates(soup: &Soup) -> (Vec<[u32; 2]>, Vec<OpenSide>, usize) {
             [p, q] if p.3 != q.3 => pairs.push([p.2, q.2]),
             _ => {
                 forked += usize::from(run.len() > 2);
-                let (found, left) = part(soup, run);
-                pairs.extend(found);
-                open.extend(left.iter().map(|u| (directed(u), u.2)));
+                for group in by_body(run, &mut bodies) {
+                    let (found, left) = part(soup, &group);
+                    pairs.extend(found);
+                    open.extend(left.iter().map(|u| (directed(u), u.2)));
+                }
             }
         }
     }
     (pairs, open, forked)
+}
+
+/// The triangles at a side, apart for each body if each has as many that run up as run down; all together otherwise.
+fn by_body(run: &[Use], bodies: &mut Disjoint) -> Vec<Vec<Use>> {
+    let mut groups: BTreeMap<u32, Vec<Use>> = BTreeMap::new();
+    for &u in run {
+        groups.entry(bodies.find(u.2)).or_default().push(u);
+    }
+    let closes = |group: &Vec<Use>| 2 * group.iter().filter(|u| u.3).count() == group.len();
+    if groups.values().all(closes) {
+        groups.into_values().collect()
+    } else {
+        vec![run.to_vec()]
+    }
 }
 
 /// Parts the triangles round a side: seen along the side, material lies from each that runs down to the next that runs up.
