@@ -5,6 +5,7 @@ pub mod complex;
 pub mod decomposition;
 pub mod disjoint;
 pub mod element_shape;
+pub mod length_unit;
 pub mod ids;
 pub mod patch;
 pub mod report;

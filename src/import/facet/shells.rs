@@ -21,6 +21,8 @@ pub const HOLE: f64 = 0.1;
 const CRUMB: f64 = 1e-3;
 /// A shell that encloses less than this share of its area times its diagonal has no inside: two skins on one another.
 const FLAT: f64 = 1e-7;
+/// Triangles round a side whose directions differ by less than this lie on one another, rad: far above rounding, far below any wedge that is made.
+const TOUCHING: f64 = 1e-3;
 /// Corners of a shell that are asked whether they lie in another.
 const ASKED: usize = 64;
 /// Places that a refusal names.
@@ -240,7 +242,8 @@ fn by_body(run: &[Use], bodies: &mut Disjoint) -> Vec<Vec<Use>> {
     }
 }
 
-/// Parts the triangles round a side: seen along the side, material lies from each that runs down to the next that runs up.
+/// Parts the triangles round a side: seen along the side, material lies from each that runs down to the next that runs up. Where triangles lie on one another
+/// two bodies touch, so that the one's material ends before the other's begins.
 fn part(soup: &Soup, run: &[Use]) -> (Vec<[u32; 2]>, Vec<Use>) {
     let (a, b) = (
         soup.points[run[0].0 as usize],
@@ -260,6 +263,23 @@ fn part(soup: &Soup, run: &[Use]) -> (Vec<[u32; 2]>, Vec<Use>) {
         })
         .collect();
     round.sort_by(|p, q| p.0.total_cmp(&q.0).then(p.1.cmp(&q.1)));
+    let gap = |k: usize| {
+        let before = round[(k + round.len() - 1) % round.len()].0;
+        (round[k].0 - before).rem_euclid(std::f64::consts::TAU)
+    };
+    // Begun at the widest gap, no group of triangles that touch lies across the beginning.
+    let first = (0..round.len()).fold(0, |m, k| if gap(k) > gap(m) { k } else { m });
+    let apart: Vec<bool> = (0..round.len())
+        .map(|k| gap((first + k) % round.len()) > TOUCHING)
+        .collect();
+    round.rotate_left(first);
+    let mut at = 0;
+    while at < round.len() {
+        let end = (at + 1..round.len()).find(|&k| apart[k]);
+        let end = end.unwrap_or(round.len());
+        round[at..end].sort_by_key(|u| !u.1.3);
+        at = end;
+    }
     // Like brackets: what is nested in another pair is taken first. Twice round, since a pair may lie across the beginning.
     let n = round.len();
     let mut used = vec![false; n];
@@ -435,6 +455,7 @@ fn shells(soup: &Soup, mended: &mut Mended) -> Vec<Shell> {
     let (middle, diagonal) = ((low + high) / 2.0, (high - low).length());
     let mut found = Vec::new();
     for triangles in pieces(soup, &pairs) {
+        let triangles = without_slits(soup, triangles);
         let volume: f64 = triangles
             .iter()
             .map(|&t| {
@@ -449,6 +470,24 @@ fn shells(soup: &Soup, mended: &mut Mended) -> Vec<Shell> {
         }
     }
     found
+}
+
+/// A piece without its triangles that face another of its own on the same corners: walls and gaps without thickness.
+fn without_slits(soup: &Soup, piece: Vec<u32>) -> Vec<u32> {
+    let mut keyed: Vec<([u32; 3], u32)> = (piece.iter())
+        .map(|&t| {
+            let mut key = soup.triangles[t as usize];
+            key.sort_unstable();
+            (key, t)
+        })
+        .collect();
+    keyed.sort_unstable();
+    let mut stay: Vec<u32> = (keyed.chunk_by(|a, b| a.0 == b.0))
+        .filter(|run| run.len() == 1)
+        .map(|run| run[0].1)
+        .collect();
+    stay.sort_unstable();
+    stay
 }
 
 /// Sorts shells into solids with their voids.

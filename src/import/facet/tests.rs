@@ -131,8 +131,10 @@ fn degenerate_and_double_facets_go() {
     soup.points.extend([DVec3::new(9.0, 9.0, 9.0)]);
     soup.triangles.extend([[0, 1, 8], [1, 0, 8]]);
     let (welded, dropped) = weld(&soup);
-    assert_eq!(welded.triangles.len(), 12);
-    assert_eq!((dropped.degenerate, dropped.double), (1, 3));
+    assert_eq!((dropped.degenerate, dropped.double), (1, 1));
+    let (found, mended) = solids(welded).unwrap();
+    assert_eq!(found[0].facets.triangles.len(), 12);
+    assert_eq!((found.len(), mended.crumbs), (1, 1));
 }
 
 #[test]
@@ -167,6 +169,80 @@ fn boxes_that_share_an_edge_are_two_solids() {
     assert_eq!(welded.points.len(), 14);
     let (found, mended) = solids(welded).unwrap();
     assert_eq!((found.len(), mended.forked), (2, 1));
+}
+
+#[test]
+fn bodies_that_touch_are_two_solids_however_their_facets_meet() {
+    let a = cuboid(DVec3::ZERO, DVec3::splat(2.0));
+    // On the whole face, with the same triangles turned over; on it with the other diagonal; on a part of the face; with a gap of rounding.
+    let b = cuboid(DVec3::new(2.0, 0.0, 0.0), DVec3::new(5.0, 2.0, 2.0));
+    let mirrored = Soup {
+        points: a.points.iter().map(|p| DVec3::new(4.0 - p.x, p.y, p.z)).collect(),
+        triangles: turned(a.clone()).triangles,
+    };
+    let part = cuboid(DVec3::new(2.0, 0.5, 0.0), DVec3::new(3.0, 1.5, 1.0));
+    let mut near = b.clone();
+    for p in &mut near.points {
+        p.x += 1e-7;
+    }
+    for (name, other) in [("whole", b), ("mirrored", mirrored), ("part", part), ("near", near)] {
+        let (found, _) = solids(weld(&together(&a, &other)).0).unwrap();
+        assert_eq!(found.len(), 2, "{name}");
+        assert!(found.iter().all(|s| s.cut.is_none()), "{name}");
+        let sum: f64 = found.iter().map(|s| volume(&s.facets)).sum();
+        let truth = 8.0 + volume(&other);
+        assert!((sum - truth).abs() < 1e-5, "{name}: {sum} {truth}");
+    }
+}
+
+#[test]
+fn a_slit_without_width_inside_the_material_goes() {
+    // A box whose corner at the origin a cut of no width enters.
+    let mut soup = cuboid(DVec3::ZERO, DVec3::splat(2.0));
+    let n = soup.points.len() as u32;
+    soup.points.push(DVec3::splat(0.7));
+    let [a, b] = [soup.triangles[0][0], soup.triangles[0][1]];
+    soup.triangles.extend([[a, b, n], [b, a, n]]);
+    let (found, _) = solids(weld(&soup).0).unwrap();
+    assert_eq!(found.len(), 1);
+    assert_eq!(found[0].facets.triangles.len(), 12);
+    assert!((volume(&found[0].facets) - 8.0).abs() < 1e-9);
+}
+
+#[test]
+fn strips_of_a_twisted_face_are_no_faces() {
+    // A blade that twists by 40 degrees over its height, cut into long triangles whose diagonals alternate.
+    let (n, height, wide, thick) = (10u32, 60.0, 20.0, 1.5);
+    let mut points = Vec::new();
+    for level in [0.0, 1.0] {
+        for side in [-0.5, 0.5] {
+            for i in 0..=n {
+                let p = glam::DVec2::new(wide * (f64::from(i) / f64::from(n) - 0.5), thick * side);
+                let p = glam::DVec2::from_angle(0.7 * level).rotate(p);
+                points.push(DVec3::new(p.x, p.y, height * level));
+            }
+        }
+    }
+    let m = n + 1;
+    let mut triangles = Vec::new();
+    let mut quad = |a: u32, b: u32, c: u32, d: u32, other: bool| {
+        if other {
+            triangles.extend([[a, b, d], [b, c, d]]);
+        } else {
+            triangles.extend([[a, b, c], [a, c, d]]);
+        }
+    };
+    for i in 0..n {
+        quad(i, i + 1, 2 * m + i + 1, 2 * m + i, i % 2 == 0);
+        quad(m + i + 1, m + i, 3 * m + i, 3 * m + i + 1, i % 3 == 0);
+        quad(i + 1, i, m + i, m + i + 1, false);
+        quad(2 * m + i, 2 * m + i + 1, 3 * m + i + 1, 3 * m + i, false);
+    }
+    quad(m, 0, 2 * m, 3 * m, false);
+    quad(n, m + n, 3 * m + n, 2 * m + n, false);
+    let blade = Soup { points, triangles };
+    assert_eq!(super::weld::open_sides(&blade), 0);
+    assert_eq!(segment(&blade, thick).regions, 6);
 }
 
 #[test]
