@@ -51,7 +51,11 @@ impl Filler<'_> {
         let unit = unit(facets);
         let (text, shells) = discrete(facets, unit);
         std::fs::write(self.folder.join(INPUT), text).map_err(io)?;
-        std::fs::write(self.folder.join(SCRIPT), script(shells, size * unit, mesher)).map_err(io)?;
+        std::fs::write(
+            self.folder.join(SCRIPT),
+            script(shells, size * unit, mesher),
+        )
+        .map_err(io)?;
         let mesh = self.folder.join(MESH);
         if mesh.exists() {
             std::fs::remove_file(&mesh).map_err(io)?;

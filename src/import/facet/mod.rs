@@ -8,12 +8,14 @@
 
 mod assemble;
 mod bulge;
+mod cuts;
 mod fill;
 pub mod obj;
 pub mod ply;
 pub mod remesh;
 pub mod segment;
 pub mod shells;
+mod sides;
 pub mod soup;
 pub mod stl;
 mod unit;

@@ -3,6 +3,7 @@
 use std::f64::consts::TAU;
 
 use glam::DVec3;
+use proptest::prelude::*;
 
 use super::reader_tests::tetrahedron;
 use super::segment::segment;
@@ -177,7 +178,11 @@ fn bodies_that_touch_are_two_solids_however_their_facets_meet() {
     // On the whole face, with the same triangles turned over; on it with the other diagonal; on a part of the face; with a gap of rounding.
     let b = cuboid(DVec3::new(2.0, 0.0, 0.0), DVec3::new(5.0, 2.0, 2.0));
     let mirrored = Soup {
-        points: a.points.iter().map(|p| DVec3::new(4.0 - p.x, p.y, p.z)).collect(),
+        points: a
+            .points
+            .iter()
+            .map(|p| DVec3::new(4.0 - p.x, p.y, p.z))
+            .collect(),
         triangles: turned(a.clone()).triangles,
     };
     let part = cuboid(DVec3::new(2.0, 0.5, 0.0), DVec3::new(3.0, 1.5, 1.0));
@@ -185,7 +190,12 @@ fn bodies_that_touch_are_two_solids_however_their_facets_meet() {
     for p in &mut near.points {
         p.x += 1e-7;
     }
-    for (name, other) in [("whole", b), ("mirrored", mirrored), ("part", part), ("near", near)] {
+    for (name, other) in [
+        ("whole", b),
+        ("mirrored", mirrored),
+        ("part", part),
+        ("near", near),
+    ] {
         let (found, _) = solids(weld(&together(&a, &other)).0).unwrap();
         assert_eq!(found.len(), 2, "{name}");
         assert!(found.iter().all(|s| s.cut.is_none()), "{name}");
@@ -210,39 +220,34 @@ fn a_slit_without_width_inside_the_material_goes() {
 }
 
 #[test]
-fn strips_of_a_twisted_face_are_no_faces() {
-    // A blade that twists by 40 degrees over its height, cut into long triangles whose diagonals alternate.
-    let (n, height, wide, thick) = (10u32, 60.0, 20.0, 1.5);
-    let mut points = Vec::new();
-    for level in [0.0, 1.0] {
-        for side in [-0.5, 0.5] {
-            for i in 0..=n {
-                let p = glam::DVec2::new(wide * (f64::from(i) / f64::from(n) - 0.5), thick * side);
-                let p = glam::DVec2::from_angle(0.7 * level).rotate(p);
-                points.push(DVec3::new(p.x, p.y, height * level));
-            }
-        }
-    }
-    let m = n + 1;
-    let mut triangles = Vec::new();
-    let mut quad = |a: u32, b: u32, c: u32, d: u32, other: bool| {
-        if other {
-            triangles.extend([[a, b, d], [b, c, d]]);
-        } else {
-            triangles.extend([[a, b, c], [a, c, d]]);
-        }
-    };
-    for i in 0..n {
-        quad(i, i + 1, 2 * m + i + 1, 2 * m + i, i % 2 == 0);
-        quad(m + i + 1, m + i, 3 * m + i, 3 * m + i + 1, i % 3 == 0);
-        quad(i + 1, i, m + i, m + i + 1, false);
-        quad(2 * m + i, 2 * m + i + 1, 3 * m + i + 1, 3 * m + i, false);
-    }
-    quad(m, 0, 2 * m, 3 * m, false);
-    quad(n, m + n, 3 * m + n, 2 * m + n, false);
-    let blade = Soup { points, triangles };
-    assert_eq!(super::weld::open_sides(&blade), 0);
-    assert_eq!(segment(&blade, thick).regions, 6);
+fn a_narrow_facet_that_turns_to_and_fro_is_no_face() {
+    // A plate of 40 x 30 x 2; on its top a triangle 1 mm wide at the rim is tilted by five degrees, one way on one side, the other way on the other.
+    let mut points = plate().points;
+    let tilt = f64::tan(TAU * 5.0 / 360.0);
+    points.extend([
+        DVec3::new(10.0, 30.0, 2.0),
+        DVec3::new(11.0, 30.0, 2.0 + tilt),
+        DVec3::new(10.5, 10.0, 2.0),
+    ]);
+    let mut triangles = plate().triangles;
+    // The top and the side that has the rim.
+    triangles.retain(|t| !t.iter().all(|v| v & 4 == 4) && !t.iter().all(|v| v & 2 == 2));
+    triangles.extend([
+        [10, 4, 5],
+        [10, 5, 7],
+        [10, 7, 9],
+        [10, 9, 8],
+        [10, 8, 6],
+        [10, 6, 4],
+    ]);
+    triangles.extend([[3, 2, 6], [3, 6, 8], [3, 8, 9], [3, 9, 7]]);
+    let mut soup = Soup { points, triangles };
+    assert_eq!(super::weld::open_sides(&soup), 0);
+    assert_eq!(segment(&soup, 2.0).regions, 6);
+    // Ten times as wide as that, and tilted on one side only, it is a bevel and stays.
+    soup.points[8].x = 20.0;
+    soup.points[9] = DVec3::new(30.0, 30.0, 2.0 + 10.0 * tilt);
+    assert!(segment(&soup, 2.0).regions > 6);
 }
 
 #[test]
@@ -281,6 +286,18 @@ fn bodies_that_cut_each_other_are_one_solid_and_said_so() {
     let (found, _) = solids(together(&plate(), &apart)).unwrap();
     assert_eq!(found.len(), 2);
     assert!(found.iter().all(|s| s.cut.is_none()));
+}
+
+#[test]
+fn bodies_that_cut_without_a_corner_inside_are_found_and_a_shell_that_cuts_itself() {
+    // A bar through the plate: every corner of either lies outside the other.
+    let bar = cuboid(DVec3::new(10.0, 10.0, -9.0), DVec3::new(14.0, 14.0, 9.0));
+    let (found, _) = solids(together(&plate(), &bar)).unwrap();
+    assert_eq!(found.len(), 1);
+    assert!(matches!(found[0].cut, Some(ShellFault::Overlap { .. })));
+    let mut own = plate();
+    own.points[0].z = 10.0;
+    assert!(matches!(solids(own), Err(ShellFault::SelfCut { .. })));
 }
 
 #[test]
@@ -424,4 +441,35 @@ fn needless_facets_go() {
         small.soup.triangles.len()
     );
     assert!((volume(&small.soup) - 2400.0).abs() < 1e-6);
+}
+
+proptest! {
+    #[test]
+    fn hostile_little_meshes_give_closed_solids_or_a_reason(
+        corners in proptest::collection::vec((0u8..4, 0u8..4, 0u8..3), 4..14),
+        triangles in proptest::collection::vec((0u32..14, 0u32..14, 0u32..14), 0..30),
+        whole in any::<bool>(),
+    ) {
+        let points: Vec<DVec3> = corners
+            .iter()
+            .map(|&(x, y, z)| DVec3::new(x.into(), y.into(), z.into()))
+            .collect();
+        let n = points.len() as u32;
+        let random = triangles.iter().map(|&(a, b, c)| [a % n, b % n, c % n]);
+        let mut soup = Soup { points, triangles: random.collect() };
+        if whole {
+            // Something closed that the rest touches, cuts or lies in.
+            soup = together(&soup, &cuboid(DVec3::ONE, DVec3::new(3.0, 2.0, 2.0)));
+        }
+        if let Ok((found, _)) = solids(weld(&soup).0) {
+            for solid in &found {
+                prop_assert_eq!(super::weld::open_sides(&solid.facets), 0);
+                prop_assert!(volume(&solid.facets) > 0.0 || solid.cut.is_some());
+            }
+            for solid in found.iter().filter(|s| s.cut.is_none()) {
+                let (surface, size) = sized(&solid.facets, 1.0, true);
+                prop_assert!(size > 0.0 && surface.soup.points.iter().all(|p| p.is_finite()));
+            }
+        }
+    }
 }

@@ -58,9 +58,15 @@ mod tests {
     #[test]
     fn absurd_sizes_are_told_with_the_unit_that_would_make_them_usual() {
         let found = notes(&part(0.3), None);
-        assert!(found[1].contains("--unit m it would be 300.0 mm"), "{found:?}");
+        assert!(
+            found[1].contains("--unit m it would be 300.0 mm"),
+            "{found:?}"
+        );
         let found = notes(&part(2e6), None);
-        assert!(found[1].contains("--unit um it would be 2000.0 mm"), "{found:?}");
+        assert!(
+            found[1].contains("--unit um it would be 2000.0 mm"),
+            "{found:?}"
+        );
         // Nothing makes a part of this.
         let found = notes(&part(1e-9), Some(LengthUnit::Metre));
         assert!(found[0].ends_with("is the unit right?"), "{found:?}");

@@ -133,6 +133,14 @@ fn merge_near(soup: &Soup, tolerance: f64) -> Soup {
     renumbered(&soup.triangles, points, &number)
 }
 
+/// A triangle's corners in ascending order, and whether it runs round them that way.
+pub(super) fn sorted(corners: [u32; 3]) -> ([u32; 3], bool) {
+    let mut key = corners;
+    key.sort_unstable();
+    let even = (0..3).any(|k| [corners[k], corners[(k + 1) % 3]] == [key[0], key[1]]);
+    (key, even)
+}
+
 /// Without degenerate triangles; of several on the same corners one stays, or one each way where as many face one way as the other: there two bodies
 /// touch, or a wall has no thickness, and only the bodies tell which.
 fn tidy(soup: Soup) -> (Soup, Dropped) {
@@ -143,9 +151,7 @@ fn tidy(soup: Soup) -> (Soup, Dropped) {
             dropped.degenerate += 1;
             continue;
         }
-        let mut key = [a, b, c];
-        key.sort_unstable();
-        let even = (0..3).any(|k| [[a, b, c][k], [a, b, c][(k + 1) % 3]] == [key[0], key[1]]);
+        let (key, even) = sorted([a, b, c]);
         keyed.push((key, even, i as u32));
     }
     keyed.sort_unstable();
