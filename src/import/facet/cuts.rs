@@ -87,7 +87,7 @@ mod tests {
                 DVec3::Y,
                 DVec3::new(0.2, 0.3, low),
                 DVec3::new(0.2, 0.3, high),
-                DVec3::new(9.0, 9.0, high),
+                DVec3::new(0.21, 0.32, high),
             ],
             triangles: vec![[0, 1, 2], [3, 4, 5]],
         }

@@ -296,7 +296,7 @@ fn bodies_that_cut_without_a_corner_inside_are_found_and_a_shell_that_cuts_itsel
     assert_eq!(found.len(), 1);
     assert!(matches!(found[0].cut, Some(ShellFault::Overlap { .. })));
     let mut own = plate();
-    own.points[0].z = 10.0;
+    own.points[0] = DVec3::new(3.0, 2.0, 10.0);
     assert!(matches!(solids(own), Err(ShellFault::SelfCut { .. })));
 }
 
