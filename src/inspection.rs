@@ -9,6 +9,8 @@ use std::fmt;
 pub struct Inspection {
     /// The file that was read.
     pub input: String,
+    /// What the user should know of how the file was read: an assumed unit, an absurd size.
+    pub notes: Vec<String>,
     /// Its solids, in the order of the file.
     pub solids: Vec<SolidFacts>,
 }
@@ -177,6 +179,9 @@ impl fmt::Display for Inspection {
             self.input,
             if count == 1 { "" } else { "s" }
         )?;
+        for note in &self.notes {
+            writeln!(f, "note: {note}")?;
+        }
         for solid in &self.solids {
             writeln!(f)?;
             solid.fmt(f)?;
@@ -358,11 +363,12 @@ mod tests {
         };
         let text = Inspection {
             input: "part.step".into(),
+            notes: vec!["seen".into()],
             solids: vec![solid],
         }
         .to_string();
         for want in [
-            "part.step: 1 solid\n",
+            "part.step: 1 solid\nnote: seen\n",
             "solid 7",
             "1.000 / 1.500 / 2.000",
             "varying",

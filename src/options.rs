@@ -4,6 +4,7 @@
 //! part is known only when the part is read: [`MeshOptions::check_against`]. Sizes are mm.
 
 use crate::model::element_shape::{ElementShape, UnknownShape};
+use crate::model::length_unit::{LengthUnit, UnknownUnit};
 use std::path::PathBuf;
 use std::time::Duration;
 
@@ -20,6 +21,8 @@ pub struct MeshOptions {
     pub size_curvature: Option<f64>,
     /// Which elements.
     pub element: ElementShape,
+    /// Unit of lengths in files that name none (STL, OBJ, PLY). None: mm.
+    pub unit: Option<LengthUnit>,
     /// The gmsh command. None: the importer looks for one.
     pub gmsh: Option<PathBuf>,
     /// Longest that import may take over all its attempts.
@@ -34,6 +37,7 @@ impl Default for MeshOptions {
             size: None,
             size_curvature: None,
             element: ElementShape::default(),
+            unit: None,
             gmsh: None,
             time_limit: TIME_LIMIT,
             dump: None,
@@ -66,6 +70,9 @@ pub enum OptionFault {
     /// An element shape that we do not know.
     #[error(transparent)]
     Shape(#[from] UnknownShape),
+    /// A unit that we do not know.
+    #[error(transparent)]
+    Unit(#[from] UnknownUnit),
 }
 
 /// Three chords are the fewest that still go round something.
@@ -89,6 +96,10 @@ impl OptionFault {
             }
             OptionFault::Shape(_) => {
                 let names: Vec<&str> = ElementShape::NAMED.iter().map(|n| n.0).collect();
+                format!("choose one of: {}", names.join(", "))
+            }
+            OptionFault::Unit(_) => {
+                let names: Vec<&str> = LengthUnit::NAMED.iter().map(|n| n.0).collect();
                 format!("choose one of: {}", names.join(", "))
             }
         }

@@ -5,6 +5,7 @@ use clap::{Args, Parser, Subcommand, ValueHint};
 use clap_complete::Shell;
 use midshell::exit_class::ExitClass;
 use midshell::model::element_shape::ElementShape;
+use midshell::model::length_unit::LengthUnit;
 use midshell::options::MeshOptions;
 use std::path::PathBuf;
 use std::time::Duration;
@@ -48,6 +49,9 @@ pub struct SourceArgs {
     /// The part: a STEP file (also IGES, BREP, STL, OBJ or PLY)
     #[arg(value_name = "IN", value_hint = ValueHint::FilePath)]
     pub input: PathBuf,
+    /// Unit of the lengths in a STL, OBJ or PLY file, which names none [default: mm]
+    #[arg(long, value_parser = units())]
+    pub unit: Option<String>,
     #[command(flatten)]
     pub tool: ToolArgs,
     /// Longest that the import may take, in seconds [default: 90]
@@ -120,6 +124,8 @@ impl SourceArgs {
     /// The library's options with what the user chose.
     pub fn options(&self) -> MeshOptions {
         let mut options = MeshOptions {
+            // clap let only known names through.
+            unit: self.unit.as_deref().and_then(|name| name.parse().ok()),
             gmsh: self.tool.gmsh.clone(),
             ..MeshOptions::default()
         };
@@ -158,6 +164,10 @@ fn shapes() -> PossibleValuesParser {
     PossibleValuesParser::new(ElementShape::NAMED.iter().map(|(name, _)| *name))
 }
 
+fn units() -> PossibleValuesParser {
+    PossibleValuesParser::new(LengthUnit::NAMED.iter().map(|(name, _)| *name))
+}
+
 fn seconds(text: &str) -> Result<Duration, String> {
     let seconds: f64 = text.parse().map_err(|_| "not a number of seconds")?;
     Duration::try_from_secs_f64(seconds).map_err(|e| e.to_string())
@@ -193,7 +203,7 @@ mod tests {
 
     #[test]
     fn every_choice_reaches_the_library() {
-        let line = "midshell mesh a.step -o a.inp --size -2.5 --size-curvature 24 --element quad --gmsh /g --time-limit 1.5 --dump d";
+        let line = "midshell mesh a.step -o a.inp --size -2.5 --size-curvature 24 --element quad --unit in --gmsh /g --time-limit 1.5 --dump d";
         let cli = Cli::try_parse_from(line.split(' ')).unwrap();
         let Verb::Mesh(args) = cli.command else {
             panic!("not mesh")
@@ -202,6 +212,7 @@ mod tests {
             size: Some(-2.5),
             size_curvature: Some(24.0),
             element: ElementShape::Quad,
+            unit: Some(LengthUnit::Inch),
             gmsh: Some("/g".into()),
             time_limit: Duration::from_millis(1500),
             dump: Some("d".into()),
@@ -220,5 +231,7 @@ mod tests {
         assert!(help.contains(&format!("[default: {}]", defaults.element)));
         let limit = format!("in seconds [default: {}]", defaults.time_limit.as_secs());
         assert!(help.contains(&limit), "{limit} not in\n{help}");
+        let unit = format!("names none [default: {}]", LengthUnit::default());
+        assert!(help.contains(&unit), "{unit} not in\n{help}");
     }
 }

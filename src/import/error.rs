@@ -200,6 +200,9 @@ impl ImportError {
                 ShellFault::NoVolume => {
                     "A surface has no thickness: thicken it into a solid, or mesh it as a shell directly."
                 }
+                ShellFault::SelfCut { .. } => {
+                    "Mend the surface where the part was made (a mesh repair tool shows where it cuts itself), or export a solid as STEP."
+                }
                 ShellFault::Overlap { .. } => {
                     "Unite the bodies into one solid (boolean union) where the part was made, or export them one by one."
                 }

@@ -63,6 +63,7 @@ pub(super) fn try_it(
                     gmsh_version: version,
                     way: format!("{} (pytetwild {})", attempt.name, tool.version),
                     attempts: std::mem::take(attempts),
+                    notes: Vec::new(),
                 }));
             }
             Err(reason) => {

@@ -37,6 +37,7 @@ pub use tetwild::TetWildError;
 
 use crate::geom::six_node::QuadraticTriangle;
 use crate::model::brep::Brep;
+use crate::model::length_unit::LengthUnit;
 use crate::model::tets::Tets;
 use gmsh::Launcher;
 use piece::PieceError;
@@ -60,6 +61,8 @@ const MEMORY_LIMIT: u64 = 16 << 30;
 pub struct ImportOptions {
     /// The gmsh to use; found by [`find_gmsh`] where none is named.
     pub gmsh: Option<PathBuf>,
+    /// Unit of files that name none (STL, OBJ, PLY); mm where none is given. Other files name their own.
+    pub unit: Option<LengthUnit>,
     /// Factor on the size of facets and tets; 1 is some three thicknesses.
     pub size_factor: f64,
     /// Wall-clock limit over all attempts.
@@ -74,6 +77,7 @@ impl Default for ImportOptions {
     fn default() -> Self {
         Self {
             gmsh: None,
+            unit: None,
             size_factor: 1.0,
             time_limit: Duration::from_secs(90),
             threads: None,
@@ -93,6 +97,8 @@ pub struct Imported {
     pub way: String,
     /// What was tried before in vain, and why it failed, in order; empty where the first attempt went well.
     pub attempts: Vec<String>,
+    /// What the user should know of how the file was read: an assumed unit, an absurd size.
+    pub notes: Vec<String>,
 }
 
 /// Reads a CAD or facet file and fills its solids.
@@ -133,7 +139,13 @@ pub fn import_cad_told(
         folder: folder.path(),
     };
     job.bring_input()?;
-    job.run(tell)
+    let mut imported = job.run(tell)?;
+    if let Some(unit) = options.unit {
+        let note = format!("--unit {unit} is for STL, OBJ and PLY: this file says its own");
+        tell(&note);
+        imported.notes.push(note);
+    }
+    Ok(imported)
 }
 
 /// How an attempt failed.
@@ -245,6 +257,7 @@ impl Job<'_> {
                         gmsh_version: version.unwrap_or_default(),
                         way: attempt.name.to_owned(),
                         attempts,
+                        notes: Vec::new(),
                     });
                 }
                 Err(failure) => {

@@ -6,6 +6,7 @@ pub mod decomposition;
 pub mod disjoint;
 pub mod element_shape;
 pub mod ids;
+pub mod length_unit;
 pub mod patch;
 pub mod report;
 pub mod shell;

@@ -32,6 +32,7 @@ pub fn inspect(
         .collect::<Result<_, _>>()?;
     Ok(Inspection {
         input: input.display().to_string(),
+        notes: imported.notes,
         solids,
     })
 }

@@ -76,6 +76,7 @@ pub fn mesh(
     run.report.gmsh_version = imported.gmsh_version;
     run.report.import_way = imported.way;
     run.report.import_attempts = imported.attempts;
+    run.report.notes = imported.notes;
     run.timings = clock.finish();
     Ok(run)
 }
@@ -83,6 +84,7 @@ pub fn mesh(
 fn import_options(options: &MeshOptions) -> ImportOptions {
     ImportOptions {
         gmsh: options.gmsh.clone(),
+        unit: options.unit,
         time_limit: options.time_limit,
         ..ImportOptions::default()
     }

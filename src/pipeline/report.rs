@@ -54,6 +54,8 @@ pub struct RunReport {
     pub import_way: String,
     /// What import tried without success before it succeeded.
     pub import_attempts: Vec<String>,
+    /// What the user should know of how the file was read: an assumed unit, an absurd size.
+    pub notes: Vec<String>,
     /// The solids.
     pub solids: Vec<SolidReport>,
     /// Element quality.
@@ -84,6 +86,9 @@ impl RunReport {
 impl fmt::Display for RunReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(f, "{}", self.input.display())?;
+        for note in &self.notes {
+            writeln!(f, "note: {note}")?;
+        }
         for s in &self.solids {
             let peaks: Vec<String> = s
                 .peaks

@@ -48,9 +48,14 @@ impl Filler<'_> {
         limit: Duration,
     ) -> Result<(Msh, String), FillFault> {
         let io = |e: std::io::Error| FillFault::Failed(vec![e.to_string()]);
-        let (text, shells) = discrete(facets);
+        let unit = unit(facets);
+        let (text, shells) = discrete(facets, unit);
         std::fs::write(self.folder.join(INPUT), text).map_err(io)?;
-        std::fs::write(self.folder.join(SCRIPT), script(shells, size, mesher)).map_err(io)?;
+        std::fs::write(
+            self.folder.join(SCRIPT),
+            script(shells, size * unit, mesher),
+        )
+        .map_err(io)?;
         let mesh = self.folder.join(MESH);
         if mesh.exists() {
             std::fs::remove_file(&mesh).map_err(io)?;
@@ -83,16 +88,33 @@ impl Filler<'_> {
             Ok(bytes) if status.success() => bytes,
             _ => return Err(failed(gmsh::error_lines(&run.log))),
         };
-        let msh = Msh::parse(&bytes).map_err(|e| failed(vec![e.to_string()]))?;
+        let mut msh = Msh::parse(&bytes).map_err(|e| failed(vec![e.to_string()]))?;
         if msh.elements.iter().all(|b| b.dimension != 3) {
             return Err(failed(gmsh::error_lines(&run.log)));
+        }
+        for p in &mut msh.nodes {
+            *p /= unit;
         }
         Ok((msh, version))
     }
 }
 
+/// Factor to the lengths that gmsh sees: its own tolerances are absolute. A power of two, so that no bit of a coordinate is lost.
+fn unit(facets: &Soup) -> f64 {
+    let most = (facets.points.iter())
+        .map(|p| p.abs().max_element())
+        .fold(0.0, f64::max);
+    let exponent = 7.0 - most.log2().ceil();
+    // Where even this would leave the normal numbers no tets can be made anyway.
+    if exponent.abs() < 900.0 {
+        exponent.exp2()
+    } else {
+        1.0
+    }
+}
+
 /// MSH 2.2 text, one surface a shell, and how many shells there are.
-fn discrete(facets: &Soup) -> (String, usize) {
+fn discrete(facets: &Soup, unit: f64) -> (String, usize) {
     let mut sets = Disjoint::new(facets.points.len());
     for &[a, b, c] in &facets.triangles {
         sets.join(a, b);
@@ -102,7 +124,7 @@ fn discrete(facets: &Soup) -> (String, usize) {
     let mut shells = 0;
     let mut text = String::from("$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n");
     let _ = writeln!(text, "{}", facets.points.len());
-    for (i, p) in facets.points.iter().enumerate() {
+    for (i, p) in facets.points.iter().map(|p| *p * unit).enumerate() {
         let _ = writeln!(text, "{} {:e} {:e} {:e}", i + 1, p.x, p.y, p.z);
     }
     let _ = writeln!(text, "$EndNodes\n$Elements\n{}", facets.triangles.len());

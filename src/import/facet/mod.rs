@@ -4,18 +4,21 @@
 //! bring the facets to a size that a wall can be filled at ([`remesh`]), fill by gmsh or fTetWild (`fill`).
 //!
 //! Guarantees: no bytes make it panic; what is mended is counted in [`Imported::attempts`] where it was more than welding; what is no solid is refused with
-//! the reason, the places and the counts. Limits: facet files name no unit, mm are assumed; faces are as good as the tessellation.
+//! the reason, the places and the counts. Limits: facet files name no unit: the caller does, or mm are assumed ([`Imported::notes`]); faces are as good as the tessellation.
 
 mod assemble;
 mod bulge;
+mod cuts;
 mod fill;
 pub mod obj;
 pub mod ply;
 pub mod remesh;
 pub mod segment;
 pub mod shells;
+mod sides;
 pub mod soup;
 pub mod stl;
+mod unit;
 pub mod weld;
 
 use std::f64::consts::TAU;
@@ -86,7 +89,6 @@ pub(super) fn import_facets(
     options: &ImportOptions,
     tell: &mut dyn FnMut(&str),
 ) -> Result<Imported, ImportError> {
-    tell("facets name no unit: mm are assumed");
     let start = Instant::now();
     let launcher = Launcher::find(options.gmsh.as_deref())?;
     let bytes = std::fs::read(path).map_err(|cause| ImportError::Unreadable {
@@ -100,9 +102,11 @@ pub(super) fn import_facets(
             cause,
         })?;
     drop(bytes);
+    let notes = unit::notes(&soup, options.unit);
+    notes.iter().for_each(|note| tell(note));
     let (welded, _) = weld::weld(&soup);
     drop(soup);
-    let (solids, mended) = shells::solids(welded).map_err(|cause| ImportError::NotASolid {
+    let (mut solids, mended) = shells::solids(welded).map_err(|cause| ImportError::NotASolid {
         path: path.to_path_buf(),
         cause,
     })?;
@@ -112,6 +116,11 @@ pub(super) fn import_facets(
             path: path.to_path_buf(),
             cause,
         });
+    }
+    // Only now, so that refusals name places in the file's own numbers.
+    let mm = options.unit.unwrap_or_default().mm();
+    for p in solids.iter_mut().flat_map(|s| &mut s.facets.points) {
+        *p *= mm;
     }
     let folder = tempfile::Builder::new()
         .prefix("midshell-")
@@ -131,7 +140,10 @@ pub(super) fn import_facets(
         },
         start,
     };
-    let mut imported = Imported::default();
+    let mut imported = Imported {
+        notes,
+        ..Imported::default()
+    };
     if mended.holes + mended.crumbs > 0 {
         imported.attempts.push(format!(
             "the facets as they are: {} small holes closed, {} crumbs left out",

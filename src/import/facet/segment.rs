@@ -4,7 +4,8 @@
 //! by about the same angle a length. So the facets are gathered into **flats** first (within two degrees of their seed), each flat gets the curvature tensor of its sides
 //! (D. Cohen-Steiner, J.-M. Morvan, Restricted Delaunay triangulations and normal cycle, SoCG 2003, doi:10.1145/777792.777839), and flats are joined
 //! over a side where their greatest curvatures agree and, unless the side hardly turns, both go on turning beyond it.
-//! Crumbs of a region join the neighbour with the longest common border that is not sharp. A region that would hold both sides of a wall is cut by the turn of its normals.
+//! Strips narrower than the wall that hardly bend and meet a neighbour smoothly are the tessellation's, not the part's: a twisted surface is cut into triangles that turn
+//! to and fro by some degrees. They join that neighbour. Crumbs of a region join the neighbour with the longest common border that is not sharp. A region that would hold both sides of a wall is cut by the turn of its normals.
 //!
 //! Guarantees: every facet is in one region, every region hangs together over sides; numbers ascend with the first facet. The result depends neither on size nor place.
 //! Limits: a fillet of less than three chords is a chamfer here; two plates that meet at less than three degrees are one face.
@@ -35,6 +36,10 @@ const AGREE: f64 = 4.0;
 const PLANE_RADIUS: f64 = 200.0;
 /// A region smaller than a square of this many thicknesses is a crumb.
 const CRUMB: f64 = 0.3;
+/// A region that turns less than this from its mean normal is a strip, if it is narrow.
+const STRAIGHT: f64 = 10.0 * DEGREE;
+/// A region narrower than this many mean thicknesses is narrow.
+const NARROW: f64 = 1.0;
 /// A facet lower than this share of its longest side takes the normal of its neighbour over that side.
 const SLIVER: f64 = 1e-3;
 /// A region is cut where this share of its samples sees the region itself across material.
@@ -77,6 +82,27 @@ pub struct Segmented {
     pub curvature: Vec<f64>,
 }
 
+/// What a region looks like.
+#[derive(Clone, Copy, Debug, Default)]
+struct Form {
+    area: f64,
+    /// Length of its borders.
+    outline: f64,
+    /// Most that a facet turns from the mean normal, rad.
+    bend: f64,
+}
+
+/// All sides between two regions, seen from one of them.
+struct Border {
+    from: u32,
+    to: u32,
+    length: f64,
+    /// Mean turn over it, rad; turns to and fro cancel.
+    turn: f64,
+    /// Length of the sides that are not sharp.
+    smooth: f64,
+}
+
 struct Work<'a> {
     soup: &'a Soup,
     beyond: Vec<[u32; 3]>,
@@ -98,6 +124,7 @@ pub fn segment(soup: &Soup, thickness: f64) -> Segmented {
     };
     let flats = work.flats();
     let (region, bent) = work.join(&flats);
+    let region = work.without_strips(region);
     let region = work.without_crumbs(region);
     let region = work.cut_self_seeing(region);
     let (region, regions) = work.connected(&region);
@@ -290,45 +317,65 @@ impl Work<'_> {
         )
     }
 
-    /// Gives small regions to the neighbour with the longest common border that is not sharp.
-    fn without_crumbs(&self, region: Vec<u32>) -> Vec<u32> {
-        let (mut region, mut count) = self.connected(&region);
-        let limit = (CRUMB * self.thickness).powi(2);
-        for _ in 0..8 {
-            let mut area = vec![0.0; count];
-            for (t, &r) in region.iter().enumerate() {
-                area[r as usize] += self.area[t];
-            }
-            let mut borders: Vec<(u32, u32, f64)> = Vec::new();
-            for t in 0..region.len() {
-                if area[region[t] as usize] > limit {
+    /// Gives narrow straight regions to the larger neighbour that they meet over the longest smooth border.
+    fn without_strips(&self, region: Vec<u32>) -> Vec<u32> {
+        self.merged(region, |borders, forms| {
+            let mut best: Vec<Option<(f64, u32)>> = vec![None; forms.len()];
+            for of_one in borders.chunk_by(|a, b| a.from == b.from) {
+                let form = &forms[of_one[0].from as usize];
+                let narrow = 2.0 * form.area < NARROW * self.thickness * form.outline;
+                if !narrow || form.bend > STRAIGHT {
                     continue;
                 }
-                for k in 0..3 {
-                    let mate = self.beyond[t][k];
-                    if mate != NONE
-                        && region[mate as usize] != region[t]
-                        && self.turn(t, k).abs() < SHARP
-                    {
-                        borders.push((region[t], region[mate as usize], self.side(t, k).length()));
+                let smooth: Vec<&Border> = of_one.iter().filter(|b| b.turn < SHARP).collect();
+                for b in &smooth {
+                    // Between two faces a strip is a bevel, unless it hardly turns; within one face it is noise.
+                    let limit = if smooth.len() > 1 { GENTLE } else { STRAIGHT };
+                    let slot = &mut best[b.from as usize];
+                    if b.turn < limit && slot.is_none_or(|s| b.length > s.0) {
+                        *slot = Some((b.length, b.to));
                     }
                 }
             }
-            borders.sort_by_key(|b| (b.0, b.1));
-            let mut best: Vec<Option<(f64, u32)>> = vec![None; count];
-            for run in borders.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1)) {
-                let length: f64 = run.iter().map(|r| r.2).sum();
-                let slot = &mut best[run[0].0 as usize];
-                if slot.is_none_or(|b| length > b.0) {
-                    *slot = Some((length, run[0].1));
+            best
+        })
+    }
+
+    /// Gives small regions to the neighbour with the longest common border that is not sharp.
+    fn without_crumbs(&self, region: Vec<u32>) -> Vec<u32> {
+        let limit = (CRUMB * self.thickness).powi(2);
+        self.merged(region, |borders, forms| {
+            let mut best: Vec<Option<(f64, u32)>> = vec![None; forms.len()];
+            for b in borders {
+                let slot = &mut best[b.from as usize];
+                if forms[b.from as usize].area <= limit
+                    && b.smooth > 0.0
+                    && slot.is_none_or(|s| b.smooth > s.0)
+                {
+                    *slot = Some((b.smooth, b.to));
                 }
             }
+            best
+        })
+    }
+
+    /// Joins every region to the neighbour that `choose` names (with the length of their border) if that is larger, in rounds until none is left.
+    fn merged(
+        &self,
+        region: Vec<u32>,
+        choose: impl Fn(&[Border], &[Form]) -> Vec<Option<(f64, u32)>>,
+    ) -> Vec<u32> {
+        let (mut region, mut count) = self.connected(&region);
+        for _ in 0..8 {
+            let forms = self.forms(&region, count);
+            let best = choose(&self.borders(&region), &forms);
             let mut sets = Disjoint::new(count);
             let mut merged = false;
             // A crumb goes to a larger region, so that a fillet of crumbs is not swallowed from both ends by itself.
             for (r, b) in (0u32..).zip(&best) {
+                let area = |r: u32| forms[r as usize].area;
                 if let Some((_, to)) = *b
-                    && (area[to as usize], to) > (area[r as usize], r)
+                    && (area(to), to) > (area(r), r)
                 {
                     sets.join(r, to);
                     merged = true;
@@ -341,6 +388,58 @@ impl Work<'_> {
             (region, count) = self.connected(&joined);
         }
         region
+    }
+
+    fn forms(&self, region: &[u32], count: usize) -> Vec<Form> {
+        let mut forms = vec![Form::default(); count];
+        let mut mean = vec![DVec3::ZERO; count];
+        for (t, &r) in region.iter().enumerate() {
+            forms[r as usize].area += self.area[t];
+            mean[r as usize] += self.normal[t] * self.area[t];
+            for k in 0..3 {
+                let mate = self.beyond[t][k];
+                if mate == NONE || region[mate as usize] != r {
+                    forms[r as usize].outline += self.side(t, k).length();
+                }
+            }
+        }
+        for (t, &r) in region.iter().enumerate() {
+            let cos = self.normal[t].dot(mean[r as usize].normalize_or_zero());
+            let form = &mut forms[r as usize];
+            form.bend = form.bend.max(cos.clamp(-1.0, 1.0).acos());
+        }
+        forms
+    }
+
+    /// Borders between regions, both ways, by ascending numbers.
+    fn borders(&self, region: &[u32]) -> Vec<Border> {
+        let mut sides: Vec<(u32, u32, f64, f64)> = Vec::new();
+        for t in 0..region.len() {
+            for k in 0..3 {
+                let mate = self.beyond[t][k];
+                if mate != NONE && region[mate as usize] != region[t] {
+                    let length = self.side(t, k).length();
+                    sides.push((region[t], region[mate as usize], length, self.turn(t, k)));
+                }
+            }
+        }
+        sides.sort_by_key(|s| (s.0, s.1));
+        sides
+            .chunk_by(|a, b| (a.0, a.1) == (b.0, b.1))
+            .map(|run| {
+                let length: f64 = run.iter().map(|s| s.2).sum();
+                let turned: f64 = run.iter().map(|s| s.2 * s.3).sum();
+                Border {
+                    from: run[0].0,
+                    to: run[0].1,
+                    length,
+                    turn: (turned / length.max(f64::MIN_POSITIVE)).abs(),
+                    smooth: (run.iter().filter(|s| s.3.abs() < SHARP))
+                        .map(|s| s.2)
+                        .sum(),
+                }
+            })
+            .collect()
     }
 
     /// Cuts regions that hold both sides of a wall.

@@ -1,7 +1,8 @@
 //! From welded triangles to closed, outward oriented solids, or to the reason why there are none.
 //!
 //! **Orientation** spreads over sides that two triangles share; the volume of a shell decides its sign, and how deep it lies in others whether it bounds
-//! material or a void. **Sides with more than two triangles** are parted by angle, so that what hangs together through material stays together.
+//! material or a void. Sides with more than two triangles are parted (`sides`), so that bodies that touch are solids of their own. Bodies that cut each other
+//! (`cuts`) are told as such, a surface that cuts itself is refused.
 //! **Holes** are closed where their border is no longer than [`HOLE`] of the part's diagonal: what a lost facet leaves; a longer border is a surface
 //! that was never a solid, and to guess its missing part would be to invent one.
 
@@ -9,8 +10,10 @@ use std::collections::{BTreeMap, VecDeque};
 
 use glam::DVec3;
 
+use super::cuts::{Cut, cuts};
+use super::sides::{OpenSide, Use, mates, runs, uses};
 use super::soup::{Soup, triangulate};
-use super::weld::extent;
+use super::weld::{extent, sorted};
 use crate::model::disjoint::Disjoint;
 use crate::spatial::TriangleBvh;
 
@@ -20,6 +23,10 @@ pub const HOLE: f64 = 0.1;
 const CRUMB: f64 = 1e-3;
 /// A shell that encloses less than this share of its area times its diagonal has no inside: two skins on one another.
 const FLAT: f64 = 1e-7;
+/// Bodies cut each other where one enters the other by more than this share of the diagonal: chords of a common round side enter by less.
+const ENTERED: f64 = 1e-4;
+/// A surface cuts itself where it goes through by more than this share of its mean thickness: less is a fold of poor facets, which changes no wall.
+const SELF_ENTERED: f64 = 0.5;
 /// Corners of a shell that are asked whether they lie in another.
 const ASKED: usize = 64;
 /// Places that a refusal names.
@@ -55,6 +62,14 @@ pub enum ShellFault {
     /// Closed, but nothing inside.
     #[error("the facets enclose no volume")]
     NoVolume,
+    /// A surface that goes through itself.
+    #[error("the surface cuts through itself {count} times, at {}", shown(places))]
+    SelfCut {
+        /// How many sides of triangles go through others.
+        count: usize,
+        /// Where.
+        places: Vec<DVec3>,
+    },
     /// Bodies that cut each other.
     #[error(
         "{count} pairs of closed bodies cut through each other, at {}",
@@ -98,24 +113,6 @@ pub struct Solid {
     pub cut: Option<ShellFault>,
 }
 
-/// One use of a side by a triangle: lower end, upper end, triangle, whether it runs up.
-type Use = (u32, u32, u32, bool);
-
-fn uses(triangles: &[[u32; 3]]) -> Vec<Use> {
-    let mut all: Vec<Use> = Vec::with_capacity(3 * triangles.len());
-    for (i, &[a, b, c]) in (0u32..).zip(triangles) {
-        for (p, q) in [(a, b), (b, c), (c, a)] {
-            all.push((p.min(q), p.max(q), i, p < q));
-        }
-    }
-    all.sort_unstable();
-    all
-}
-
-fn runs(all: &[Use]) -> impl Iterator<Item = &[Use]> {
-    all.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1))
-}
-
 /// The solids, in order of their first triangle. Bodies that cut each other are one.
 pub fn solids(welded: Soup) -> Result<(Vec<Solid>, Mended), ShellFault> {
     let mut mended = Mended::default();
@@ -123,7 +120,8 @@ pub fn solids(welded: Soup) -> Result<(Vec<Solid>, Mended), ShellFault> {
     mended.turned = turn_alike(&mut soup)?;
     close_holes(&mut soup, &mut mended)?;
     let shells = shells(&soup, &mut mended);
-    let solids = nest(&soup, &shells, &mut mended);
+    let between = cuts_between(&soup, &shells)?;
+    let solids = nest(&soup, &shells, between, &mut mended);
     if solids.is_empty() {
         return Err(ShellFault::NoVolume);
     }
@@ -187,85 +185,6 @@ fn turn_alike(soup: &mut Soup) -> Result<usize, ShellFault> {
             count: places.len(),
             places: places.into_iter().take(PLACES).collect(),
         })
-    }
-}
-
-/// A side as its only triangle runs it, and the triangle.
-type OpenSide = ([u32; 2], u32);
-
-/// Pairs of triangles that bound the same material at a side, and the sides (from, to) that are left over.
-fn mates(soup: &Soup) -> (Vec<[u32; 2]>, Vec<OpenSide>, usize) {
-    let all = uses(&soup.triangles);
-    let (mut pairs, mut open, mut forked) = (Vec::new(), Vec::new(), 0);
-    for run in runs(&all) {
-        let directed = |u: &Use| {
-            if u.3 { [u.0, u.1] } else { [u.1, u.0] }
-        };
-        match *run {
-            [one] => open.push((directed(&one), one.2)),
-            [p, q] if p.3 != q.3 => pairs.push([p.2, q.2]),
-            _ => {
-                forked += usize::from(run.len() > 2);
-                let (found, left) = part(soup, run);
-                pairs.extend(found);
-                open.extend(left.iter().map(|u| (directed(u), u.2)));
-            }
-        }
-    }
-    (pairs, open, forked)
-}
-
-/// Parts the triangles round a side: seen along the side, material lies from each that runs down to the next that runs up.
-fn part(soup: &Soup, run: &[Use]) -> (Vec<[u32; 2]>, Vec<Use>) {
-    let (a, b) = (
-        soup.points[run[0].0 as usize],
-        soup.points[run[0].1 as usize],
-    );
-    let axis = (b - a).normalize_or_zero();
-    let x = axis.any_orthonormal_vector_or_x();
-    let y = axis.cross(x);
-    let mut round: Vec<(f64, Use)> = run
-        .iter()
-        .map(|&u| {
-            let apex = soup.triangles[u.2 as usize]
-                .into_iter()
-                .find(|&v| v != u.0 && v != u.1)
-                .map_or(a, |v| soup.points[v as usize]);
-            ((apex - a).dot(y).atan2((apex - a).dot(x)), u)
-        })
-        .collect();
-    round.sort_by(|p, q| p.0.total_cmp(&q.0).then(p.1.cmp(&q.1)));
-    // Like brackets: what is nested in another pair is taken first. Twice round, since a pair may lie across the beginning.
-    let n = round.len();
-    let mut used = vec![false; n];
-    let mut down: Vec<usize> = Vec::new();
-    let mut pairs = Vec::new();
-    for k in (0..n).chain(0..n) {
-        if used[k] || down.contains(&k) {
-            continue;
-        }
-        if !round[k].1.3 {
-            down.push(k);
-        } else if let Some(before) = down.pop() {
-            (used[before], used[k]) = (true, true);
-            pairs.push([round[before].1.2, round[k].1.2]);
-        }
-    }
-    let left = (0..n).filter(|&k| !used[k]).map(|k| round[k].1).collect();
-    (pairs, left)
-}
-
-trait AnyOrthonormal {
-    fn any_orthonormal_vector_or_x(self) -> DVec3;
-}
-
-impl AnyOrthonormal for DVec3 {
-    fn any_orthonormal_vector_or_x(self) -> DVec3 {
-        if self.is_normalized() {
-            self.any_orthonormal_vector()
-        } else {
-            DVec3::X
-        }
     }
 }
 
@@ -410,6 +329,7 @@ fn shells(soup: &Soup, mended: &mut Mended) -> Vec<Shell> {
     let (middle, diagonal) = ((low + high) / 2.0, (high - low).length());
     let mut found = Vec::new();
     for triangles in pieces(soup, &pairs) {
+        let triangles = without_slits(soup, triangles);
         let volume: f64 = triangles
             .iter()
             .map(|&t| {
@@ -426,8 +346,75 @@ fn shells(soup: &Soup, mended: &mut Mended) -> Vec<Shell> {
     found
 }
 
+/// A piece without its triangles that face another of its own on the same corners: walls and gaps without thickness.
+fn without_slits(soup: &Soup, piece: Vec<u32>) -> Vec<u32> {
+    let mut keyed: Vec<([u32; 3], bool, u32)> = (piece.iter())
+        .map(|&t| {
+            let (key, even) = sorted(soup.triangles[t as usize]);
+            (key, even, t)
+        })
+        .collect();
+    keyed.sort_unstable();
+    let mut stay: Vec<u32> = Vec::with_capacity(keyed.len());
+    for run in keyed.chunk_by(|a, b| a.0 == b.0) {
+        let odd = run.iter().filter(|r| !r.1).count();
+        let pairs = odd.min(run.len() - odd);
+        // Odd ones come first: the pairs lie round their end.
+        stay.extend(run[..odd - pairs].iter().map(|r| r.2));
+        stay.extend(run[odd + pairs..].iter().map(|r| r.2));
+    }
+    stay.sort_unstable();
+    stay
+}
+
+/// Pairs of shells that cut each other, once each, with a place; a shell that cuts itself is an error.
+fn cuts_between(soup: &Soup, shells: &[Shell]) -> Result<Vec<([u32; 2], DVec3)>, ShellFault> {
+    let mut of = vec![None; soup.triangles.len()];
+    for (i, shell) in (0u32..).zip(shells) {
+        for &t in &shell.triangles {
+            of[t as usize] = Some(i);
+        }
+    }
+    let thickness: Vec<f64> = shells
+        .iter()
+        .map(|s| 2.0 * s.volume.abs() / area(soup, &s.triangles).max(f64::MIN_POSITIVE))
+        .collect();
+    let (low, high) = extent(&soup.points);
+    let entered = ENTERED * (high - low).length();
+    let mut own: Vec<Cut> = Vec::new();
+    let mut between: BTreeMap<[u32; 2], DVec3> = BTreeMap::new();
+    for cut in cuts(
+        soup,
+        thickness
+            .iter()
+            .fold(entered, |m, t| m.min(SELF_ENTERED * t)),
+    ) {
+        let [Some(i), Some(j)] = cut.triangles.map(|t| of[t as usize]) else {
+            continue;
+        };
+        if i != j && cut.depth > entered {
+            between.entry([i.min(j), i.max(j)]).or_insert(cut.place);
+        } else if i == j && cut.depth > SELF_ENTERED * thickness[i as usize] {
+            own.push(cut);
+        }
+    }
+    if own.is_empty() {
+        Ok(between.into_iter().collect())
+    } else {
+        Err(ShellFault::SelfCut {
+            count: own.len(),
+            places: own.iter().take(PLACES).map(|c| c.place).collect(),
+        })
+    }
+}
+
 /// Sorts shells into solids with their voids.
-fn nest(soup: &Soup, shells: &[Shell], mended: &mut Mended) -> Vec<Solid> {
+fn nest(
+    soup: &Soup,
+    shells: &[Shell],
+    between: Vec<([u32; 2], DVec3)>,
+    mended: &mut Mended,
+) -> Vec<Solid> {
     let n = shells.len();
     let corners = |s: &Shell| -> Vec<[DVec3; 3]> {
         s.triangles
@@ -443,6 +430,10 @@ fn nest(soup: &Soup, shells: &[Shell], mended: &mut Mended) -> Vec<Solid> {
     let mut inside: Vec<Vec<usize>> = vec![Vec::new(); n];
     let mut cuts: Vec<(usize, DVec3)> = Vec::new();
     let mut together = Disjoint::new(n);
+    for ([i, j], place) in between {
+        cuts.push((i as usize, place));
+        together.join(i, j);
+    }
     for outer in 0..n {
         let near: Vec<usize> = (0..n)
             .filter(|&i| {

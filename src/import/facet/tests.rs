@@ -3,6 +3,7 @@
 use std::f64::consts::TAU;
 
 use glam::DVec3;
+use proptest::prelude::*;
 
 use super::reader_tests::tetrahedron;
 use super::segment::segment;
@@ -131,8 +132,10 @@ fn degenerate_and_double_facets_go() {
     soup.points.extend([DVec3::new(9.0, 9.0, 9.0)]);
     soup.triangles.extend([[0, 1, 8], [1, 0, 8]]);
     let (welded, dropped) = weld(&soup);
-    assert_eq!(welded.triangles.len(), 12);
-    assert_eq!((dropped.degenerate, dropped.double), (1, 3));
+    assert_eq!((dropped.degenerate, dropped.double), (1, 1));
+    let (found, mended) = solids(welded).unwrap();
+    assert_eq!(found[0].facets.triangles.len(), 12);
+    assert_eq!((found.len(), mended.crumbs), (1, 1));
 }
 
 #[test]
@@ -167,6 +170,84 @@ fn boxes_that_share_an_edge_are_two_solids() {
     assert_eq!(welded.points.len(), 14);
     let (found, mended) = solids(welded).unwrap();
     assert_eq!((found.len(), mended.forked), (2, 1));
+}
+
+#[test]
+fn bodies_that_touch_are_two_solids_however_their_facets_meet() {
+    let a = cuboid(DVec3::ZERO, DVec3::splat(2.0));
+    // On the whole face, with the same triangles turned over; on it with the other diagonal; on a part of the face; with a gap of rounding.
+    let b = cuboid(DVec3::new(2.0, 0.0, 0.0), DVec3::new(5.0, 2.0, 2.0));
+    let mirrored = Soup {
+        points: a
+            .points
+            .iter()
+            .map(|p| DVec3::new(4.0 - p.x, p.y, p.z))
+            .collect(),
+        triangles: turned(a.clone()).triangles,
+    };
+    let part = cuboid(DVec3::new(2.0, 0.5, 0.0), DVec3::new(3.0, 1.5, 1.0));
+    let mut near = b.clone();
+    for p in &mut near.points {
+        p.x += 1e-7;
+    }
+    for (name, other) in [
+        ("whole", b),
+        ("mirrored", mirrored),
+        ("part", part),
+        ("near", near),
+    ] {
+        let (found, _) = solids(weld(&together(&a, &other)).0).unwrap();
+        assert_eq!(found.len(), 2, "{name}");
+        assert!(found.iter().all(|s| s.cut.is_none()), "{name}");
+        let sum: f64 = found.iter().map(|s| volume(&s.facets)).sum();
+        let truth = 8.0 + volume(&other);
+        assert!((sum - truth).abs() < 1e-5, "{name}: {sum} {truth}");
+    }
+}
+
+#[test]
+fn a_slit_without_width_inside_the_material_goes() {
+    // A box whose corner at the origin a cut of no width enters.
+    let mut soup = cuboid(DVec3::ZERO, DVec3::splat(2.0));
+    let n = soup.points.len() as u32;
+    soup.points.push(DVec3::splat(0.7));
+    let [a, b] = [soup.triangles[0][0], soup.triangles[0][1]];
+    soup.triangles.extend([[a, b, n], [b, a, n]]);
+    let (found, _) = solids(weld(&soup).0).unwrap();
+    assert_eq!(found.len(), 1);
+    assert_eq!(found[0].facets.triangles.len(), 12);
+    assert!((volume(&found[0].facets) - 8.0).abs() < 1e-9);
+}
+
+#[test]
+fn a_narrow_facet_that_turns_to_and_fro_is_no_face() {
+    // A plate of 40 x 30 x 2; on its top a triangle 1 mm wide at the rim is tilted by five degrees, one way on one side, the other way on the other.
+    let mut points = plate().points;
+    let tilt = f64::tan(TAU * 5.0 / 360.0);
+    points.extend([
+        DVec3::new(10.0, 30.0, 2.0),
+        DVec3::new(11.0, 30.0, 2.0 + tilt),
+        DVec3::new(10.5, 10.0, 2.0),
+    ]);
+    let mut triangles = plate().triangles;
+    // The top and the side that has the rim.
+    triangles.retain(|t| !t.iter().all(|v| v & 4 == 4) && !t.iter().all(|v| v & 2 == 2));
+    triangles.extend([
+        [10, 4, 5],
+        [10, 5, 7],
+        [10, 7, 9],
+        [10, 9, 8],
+        [10, 8, 6],
+        [10, 6, 4],
+    ]);
+    triangles.extend([[3, 2, 6], [3, 6, 8], [3, 8, 9], [3, 9, 7]]);
+    let mut soup = Soup { points, triangles };
+    assert_eq!(super::weld::open_sides(&soup), 0);
+    assert_eq!(segment(&soup, 2.0).regions, 6);
+    // Ten times as wide as that, and tilted on one side only, it is a bevel and stays.
+    soup.points[8].x = 20.0;
+    soup.points[9] = DVec3::new(30.0, 30.0, 2.0 + 10.0 * tilt);
+    assert!(segment(&soup, 2.0).regions > 6);
 }
 
 #[test]
@@ -205,6 +286,18 @@ fn bodies_that_cut_each_other_are_one_solid_and_said_so() {
     let (found, _) = solids(together(&plate(), &apart)).unwrap();
     assert_eq!(found.len(), 2);
     assert!(found.iter().all(|s| s.cut.is_none()));
+}
+
+#[test]
+fn bodies_that_cut_without_a_corner_inside_are_found_and_a_shell_that_cuts_itself() {
+    // A bar through the plate: every corner of either lies outside the other.
+    let bar = cuboid(DVec3::new(10.0, 10.0, -9.0), DVec3::new(14.0, 14.0, 9.0));
+    let (found, _) = solids(together(&plate(), &bar)).unwrap();
+    assert_eq!(found.len(), 1);
+    assert!(matches!(found[0].cut, Some(ShellFault::Overlap { .. })));
+    let mut own = plate();
+    own.points[0] = DVec3::new(3.0, 2.0, 10.0);
+    assert!(matches!(solids(own), Err(ShellFault::SelfCut { .. })));
 }
 
 #[test]
@@ -348,4 +441,35 @@ fn needless_facets_go() {
         small.soup.triangles.len()
     );
     assert!((volume(&small.soup) - 2400.0).abs() < 1e-6);
+}
+
+proptest! {
+    #[test]
+    fn hostile_little_meshes_give_closed_solids_or_a_reason(
+        corners in proptest::collection::vec((0u8..4, 0u8..4, 0u8..3), 4..14),
+        triangles in proptest::collection::vec((0u32..14, 0u32..14, 0u32..14), 0..30),
+        whole in any::<bool>(),
+    ) {
+        let points: Vec<DVec3> = corners
+            .iter()
+            .map(|&(x, y, z)| DVec3::new(x.into(), y.into(), z.into()))
+            .collect();
+        let n = points.len() as u32;
+        let random = triangles.iter().map(|&(a, b, c)| [a % n, b % n, c % n]);
+        let mut soup = Soup { points, triangles: random.collect() };
+        if whole {
+            // Something closed that the rest touches, cuts or lies in.
+            soup = together(&soup, &cuboid(DVec3::ONE, DVec3::new(3.0, 2.0, 2.0)));
+        }
+        if let Ok((found, _)) = solids(weld(&soup).0) {
+            for solid in &found {
+                prop_assert_eq!(super::weld::open_sides(&solid.facets), 0);
+                prop_assert!(volume(&solid.facets) > 0.0 || solid.cut.is_some());
+            }
+            for solid in found.iter().filter(|s| s.cut.is_none()) {
+                let (surface, size) = sized(&solid.facets, 1.0, true);
+                prop_assert!(size > 0.0 && surface.soup.points.iter().all(|p| p.is_finite()));
+            }
+        }
+    }
 }

@@ -133,7 +133,16 @@ fn merge_near(soup: &Soup, tolerance: f64) -> Soup {
     renumbered(&soup.triangles, points, &number)
 }
 
-/// Without degenerate triangles; of two on the same corners one stays, or none where they face apart (a wall without thickness).
+/// A triangle's corners in ascending order, and whether it runs round them that way.
+pub(super) fn sorted(corners: [u32; 3]) -> ([u32; 3], bool) {
+    let mut key = corners;
+    key.sort_unstable();
+    let even = (0..3).any(|k| [corners[k], corners[(k + 1) % 3]] == [key[0], key[1]]);
+    (key, even)
+}
+
+/// Without degenerate triangles; of several on the same corners one stays, or one each way where as many face one way as the other: there two bodies
+/// touch, or a wall has no thickness, and only the bodies tell which.
 fn tidy(soup: Soup) -> (Soup, Dropped) {
     let mut dropped = Dropped::default();
     let mut keyed: Vec<([u32; 3], bool, u32)> = Vec::with_capacity(soup.triangles.len());
@@ -142,9 +151,7 @@ fn tidy(soup: Soup) -> (Soup, Dropped) {
             dropped.degenerate += 1;
             continue;
         }
-        let mut key = [a, b, c];
-        key.sort_unstable();
-        let even = (0..3).any(|k| [[a, b, c][k], [a, b, c][(k + 1) % 3]] == [key[0], key[1]]);
+        let (key, even) = sorted([a, b, c]);
         keyed.push((key, even, i as u32));
     }
     keyed.sort_unstable();
@@ -152,13 +159,14 @@ fn tidy(soup: Soup) -> (Soup, Dropped) {
     for run in keyed.chunk_by(|a, b| a.0 == b.0) {
         let even = run.iter().filter(|r| r.1).count();
         let odd = run.len() - even;
-        let kept = match (even, odd) {
-            (0, _) | (_, 0) => Some(run[0]),
-            _ if even != odd => run.iter().copied().find(|r| r.1 == (even > odd)),
-            _ => None,
-        };
-        dropped.double += run.len() - usize::from(kept.is_some());
-        stay.extend(kept.map(|k| k.2));
+        let first = |way: bool| run.iter().find(|r| r.1 == way).map(|r| r.2);
+        let kept = [
+            first(true).filter(|_| even >= odd),
+            first(false).filter(|_| odd >= even),
+        ];
+        let kept = kept.into_iter().flatten();
+        dropped.double += run.len() - kept.clone().count();
+        stay.extend(kept);
     }
     stay.sort_unstable();
     let triangles = stay.iter().map(|&i| soup.triangles[i as usize]).collect();
