@@ -93,6 +93,7 @@ pub fn audit_with(
     }
     let seen = suspects::Seen {
         pieces,
+        skin: &skin,
         mesh,
         topology: &topology,
         homology: homology.as_ref(),

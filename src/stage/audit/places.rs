@@ -4,7 +4,6 @@ use crate::model::disjoint::Disjoint;
 use crate::model::ids::{ElementId, NodeId};
 use crate::model::report::Place;
 use glam::DVec3;
-use std::cmp::Reverse;
 use std::collections::BTreeSet;
 
 /// Something that findings may share: those that share one hang together.
@@ -101,15 +100,11 @@ fn place(findings: &[Finding], group: &[(u32, u32)]) -> Place {
     }
 }
 
-/// Findings thinned to those of the smallest weight: for lists of suspects, where the small ones are the odd ones.
-pub(super) fn smallest(mut findings: Vec<Finding>, most: usize) -> Vec<Finding> {
-    findings.sort_by_key(|f| Reverse(ordered(f.weight)));
-    findings.split_off(findings.len().saturating_sub(most))
-}
-
-/// A positive number as one that has an order.
-fn ordered(weight: f64) -> u64 {
-    weight.max(0.0).to_bits()
+/// The findings of greatest weight: for lists of suspects, where the rest is likely to be sound.
+pub(super) fn heaviest(mut findings: Vec<Finding>, most: usize) -> Vec<Finding> {
+    findings.sort_by(|a, b| b.weight.total_cmp(&a.weight));
+    findings.truncate(most);
+    findings
 }
 
 #[cfg(test)]
@@ -153,12 +148,12 @@ mod tests {
     }
 
     #[test]
-    fn the_smallest_are_kept() {
+    fn the_heaviest_are_kept() {
         let mut findings: Vec<Finding> = (0..9).map(|i| finding(0.0, 1.0, i)).collect();
         for (i, f) in findings.iter_mut().enumerate() {
             f.weight = ((i * 4) % 9) as f64;
         }
-        let weights: Vec<f64> = smallest(findings, 3).iter().map(|f| f.weight).collect();
-        assert_eq!(weights, [2.0, 1.0, 0.0]);
+        let weights: Vec<f64> = heaviest(findings, 3).iter().map(|f| f.weight).collect();
+        assert_eq!(weights, [8.0, 7.0, 6.0]);
     }
 }

@@ -2,10 +2,12 @@
 
 use super::coverage::Coverage;
 use super::homology::{Homology, Void};
-use super::places::{Finding, node_key, smallest};
+use super::places::{Finding, heaviest, node_key};
+use super::skin::Skin;
 use super::topology::Topology;
 use super::walls::{Astray, Measure, Walls};
 use crate::model::brep::Brep;
+use crate::model::disjoint::Disjoint;
 use crate::model::ids::{ElementId, NodeId};
 use crate::model::report::{AuditLimits, DoubtRule, Place};
 use crate::model::shell::ShellMesh;
@@ -15,6 +17,7 @@ use std::collections::BTreeMap;
 /// All that was seen of a mesh and its solids.
 pub(super) struct Seen<'a> {
     pub pieces: &'a [&'a Brep],
+    pub skin: &'a Skin,
     pub mesh: &'a ShellMesh,
     pub topology: &'a Topology,
     pub homology: Option<&'a Homology>,
@@ -107,47 +110,52 @@ impl Seen<'_> {
         }
     }
 
-    /// A gap or slit has free edges inside the part, a lost wall is bare, a hole that was closed has mesh outside. Where there is none of these, the
-    /// smallest loops of free edges: holes that the solid may not have.
+    /// A tear is a loop of free edges with material where its hole should be; a slit has free edges on no rim; a lost wall is bare; a hole that was closed
+    /// has mesh outside. The first of these that is there; where none is, the smallest loops, holes that the solid may not have.
     fn euler(&self) -> Vec<Finding> {
-        let mut all = self.coverage.off_rim.clone();
-        all.extend(self.coverage.bare.iter().cloned());
-        all.extend(self.astray(Astray::Outside, 0.0));
-        if all.is_empty() {
-            return self.smallest_loops();
+        let loops = self.loops();
+        let torn = loops.iter().filter(|l| self.skin.holds(l.at, 0.0)).cloned();
+        let mut few = heaviest(torn.collect(), Place::MOST);
+        if few.is_empty() {
+            few = self.coverage.off_rim.clone();
         }
-        all
+        if few.is_empty() {
+            few = self.coverage.bare.clone();
+            few.extend(self.astray(Astray::Outside, 0.0));
+        }
+        if few.is_empty() {
+            few = heaviest(loops, Place::MOST);
+        }
+        few
     }
 
-    /// The free edges of the loops with the fewest of them.
-    fn smallest_loops(&self) -> Vec<Finding> {
-        let free = &self.topology.free;
-        let mut sets = crate::model::disjoint::Disjoint::new(self.mesh.nodes.len());
-        for ([a, b], _) in free {
-            if self.mesh.nodes.get(*b).is_some() {
-                sets.join(a.0, b.0);
-            }
+    /// The loops of free edges, the smaller the weightier: rims round whole sheets, which may have material in their middle too, come last.
+    fn loops(&self) -> Vec<Finding> {
+        let free = self.topology.free.iter();
+        let free: Vec<_> = free
+            .filter(|(edge, _)| self.mesh.nodes.get(edge[1]).is_some())
+            .collect();
+        let mut sets = Disjoint::new(self.mesh.nodes.len());
+        for ([a, b], _) in &free {
+            sets.join(a.0, b.0);
         }
         let mut loops: BTreeMap<u32, Vec<Finding>> = BTreeMap::new();
         for (edge, element) in free {
-            if self.mesh.nodes.get(edge[1]).is_some() {
-                let of = loops.entry(sets.find(edge[0].0)).or_default();
-                of.push(self.edge(edge, &[*element]));
+            let of = loops.entry(sets.find(edge[0].0)).or_default();
+            of.push(self.edge(edge, &[*element]));
+        }
+        let whole = |edges: Vec<Finding>| {
+            let count = edges.len() as f64;
+            Finding {
+                at: edges.iter().fold(DVec3::ZERO, |sum, f| sum + f.at) / count,
+                value: 1.0,
+                weight: 1.0 / count,
+                faces: edges.iter().flat_map(|f| f.faces.clone()).collect(),
+                elements: edges.into_iter().flat_map(|f| f.elements).collect(),
+                keys: Vec::new(),
             }
-        }
-        let whole = loops.into_values().filter_map(|all| {
-            let count = all.len() as f64;
-            let mut first = all.first()?.clone();
-            first.weight = count;
-            first.elements = all.into_iter().flat_map(|f| f.elements).collect();
-            Some(first)
-        });
-        let mut few = smallest(whole.collect(), Place::MOST);
-        for finding in &mut few {
-            // The smallest is the likeliest, and comes first.
-            finding.weight = 1.0 / finding.weight;
-        }
-        few
+        };
+        loops.into_values().map(whole).collect()
     }
 
     /// The elements of all pieces but the largest, as many as there are solids; where pieces are missing, the solids without mesh.
