@@ -156,7 +156,7 @@ pub struct Place {
     pub worst: f64,
     /// How many there are.
     pub count: usize,
-    /// Tags of the faces of the solid that they lie between, at most [`Place::MOST`], in order.
+    /// Tags of the faces of the solid that most of them lie between, at most [`Place::MOST`], in order.
     pub faces: Vec<i32>,
     /// The elements there, worst first, at most [`Place::MOST`]; none where a wall has no mesh at all. Counted from 0, as the cells of a VTU file;
     /// solver decks count from 1.

@@ -4,7 +4,8 @@ use crate::model::disjoint::Disjoint;
 use crate::model::ids::{ElementId, NodeId};
 use crate::model::report::Place;
 use glam::DVec3;
-use std::collections::BTreeSet;
+use std::cmp::Reverse;
+use std::collections::BTreeMap;
 
 /// Something that findings may share: those that share one hang together.
 pub(super) type Key = [i64; 3];
@@ -76,13 +77,11 @@ fn place(findings: &[Finding], group: &[(u32, u32)]) -> Place {
     let mut order: Vec<&Finding> = group.iter().map(|m| &findings[m.1 as usize]).collect();
     order.sort_by(|a, b| b.value.total_cmp(&a.value));
     let at = order[0].at;
-    let mut faces: BTreeSet<i32> = BTreeSet::new();
+    let mut faces: BTreeMap<i32, usize> = BTreeMap::new();
     let mut elements: Vec<ElementId> = Vec::new();
     for finding in &order {
         for &tag in finding.faces.iter().filter(|tag| **tag != 0) {
-            if faces.len() < Place::MOST {
-                faces.insert(tag);
-            }
+            *faces.entry(tag).or_default() += 1;
         }
         for &element in &finding.elements {
             if elements.len() < Place::MOST && !elements.contains(&element) {
@@ -90,12 +89,17 @@ fn place(findings: &[Finding], group: &[(u32, u32)]) -> Place {
             }
         }
     }
+    // Those that most of it lies between.
+    let mut faces: Vec<(i32, usize)> = faces.into_iter().collect();
+    faces.sort_by_key(|(tag, times)| (Reverse(*times), *tag));
+    let mut faces: Vec<i32> = faces.into_iter().take(Place::MOST).map(|f| f.0).collect();
+    faces.sort_unstable();
     Place {
         at,
         reach: order.iter().map(|f| f.at.distance(at)).fold(0.0, f64::max),
         worst: order[0].value,
         count: group.len(),
-        faces: faces.into_iter().collect(),
+        faces,
         elements,
     }
 }
