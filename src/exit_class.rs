@@ -12,7 +12,7 @@ pub enum ExitClass {
     Doubted,
     /// The command line asks for something that cannot be.
     BadUsage,
-    /// The input cannot be read, or is not a closed solid.
+    /// The input, a CAD file or facets (STL, OBJ, PLY), cannot be read or is not a closed solid.
     BadInput,
     /// The solid has no thin wall: there is nothing to put a shell on.
     NoThinWall,
@@ -57,9 +57,13 @@ impl ExitClass {
             ExitClass::Right => "the result is written, and right by its own audit",
             ExitClass::Doubted => "the result is written, but doubted by its own audit",
             ExitClass::BadUsage => "bad usage",
-            ExitClass::BadInput => "the input cannot be read or is not a closed solid",
+            ExitClass::BadInput => {
+                "the input (CAD file or facets) cannot be read or is not a closed solid"
+            }
             ExitClass::NoThinWall => "no thin wall found",
-            ExitClass::ToolFailed => "a tool (gmsh) is missing, failed or ran out of time",
+            ExitClass::ToolFailed => {
+                "a tool (gmsh, fTetWild) is missing, failed or ran out of time"
+            }
             ExitClass::OutputFailed => "an output cannot be written",
             ExitClass::Internal => "internal error: a bug, please report it",
         }

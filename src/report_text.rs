@@ -8,6 +8,9 @@ use std::fmt::Write;
 /// Widest line of the explanations.
 const WIDTH: usize = 96;
 
+/// Places of a doubt that are told: enough to begin with, and no wall of numbers.
+const PLACES: usize = 3;
+
 /// The verdict in one line, the doubts with what they mean, and two tables.
 pub fn render(audit: &AuditReport, quality: &QualityReport) -> String {
     let mut out = verdict_line(audit, quality);
@@ -15,7 +18,9 @@ pub fn render(audit: &AuditReport, quality: &QualityReport) -> String {
     for doubt in audit.doubts() {
         let (value, limit) = (number(doubt.value), number(doubt.limit));
         let comparison = match doubt.rule {
-            DoubtRule::Euler | DoubtRule::Pieces => format!("{value}, the solid has {limit}"),
+            DoubtRule::Euler | DoubtRule::Pieces | DoubtRule::Voids => {
+                format!("{value}, the solid has {limit}")
+            }
             DoubtRule::Cover => format!("{value}, at least {limit} expected"),
             DoubtRule::Unmeasured => "nothing".to_owned(),
             _ => format!("{value}, at most {limit} expected"),
@@ -29,12 +34,34 @@ pub fn render(audit: &AuditReport, quality: &QualityReport) -> String {
                 line(&mut out, format_args!("    {part}"));
             }
         }
+        for place in doubt.places.iter().take(PLACES) {
+            let text = format!("at {place}{}", many(place.count));
+            for part in wrapped(&text) {
+                line(&mut out, format_args!("    {part}"));
+            }
+        }
+        if let Some(more) = doubt.place_count.checked_sub(PLACES).filter(|n| *n > 0) {
+            let where_else = "the report (--json) and the field 'doubt' of a VTU file";
+            line(
+                &mut out,
+                format_args!("    and {more} places more: {where_else}"),
+            );
+        }
     }
     out.push('\n');
     audit_table(&mut out, audit);
     out.push('\n');
     quality_table(&mut out, quality);
     out
+}
+
+/// How many things a place is made of, where that says anything.
+fn many(count: usize) -> String {
+    if count > 1 {
+        format!(" ({count} in all)")
+    } else {
+        String::new()
+    }
 }
 
 /// The verdict in one line.
@@ -60,13 +87,19 @@ pub fn verdict_line(audit: &AuditReport, quality: &QualityReport) -> String {
 fn audit_table(out: &mut String, audit: &AuditReport) {
     let limits = &audit.limits;
     let maybe = |v: Option<f64>| v.map_or("-".to_owned(), percent);
-    let rows: [(&str, String, String); 13] = [
+    let betti = |b: [usize; 3]| b.map(|n| n.to_string()).join(", ");
+    let rows: [(&str, String, String); 14] = [
         (
             "Euler characteristic",
             audit.euler.to_string(),
             number(audit.euler_solid),
         ),
         ("pieces", audit.pieces.to_string(), audit.solids.to_string()),
+        (
+            "pieces, loops, voids over Z/2",
+            audit.betti.map_or("not counted".to_owned(), betti),
+            betti(audit.betti_solid),
+        ),
         ("R-error, median", maybe(audit.r50), String::new()),
         (
             "R-error, 95 % of the mesh",
@@ -122,10 +155,10 @@ fn audit_table(out: &mut String, audit: &AuditReport) {
     ];
     line(
         out,
-        format_args!("{:<30} {:>14}   {}", "audit", "mesh", "expected"),
+        format_args!("{:<31} {:>14}   {}", "audit", "mesh", "expected"),
     );
     for (name, value, expected) in rows {
-        line(out, format_args!("  {name:<28} {value:>14}   {expected}"));
+        line(out, format_args!("  {name:<29} {value:>14}   {expected}"));
     }
     let bins = audit.r_bins.map(percent);
     line(

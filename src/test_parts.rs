@@ -148,3 +148,47 @@ pub(crate) fn plate_mesh(nu: usize, nv: usize) -> ShellMesh {
         3.0,
     )
 }
+
+/// A tube of radius 1 and height 1 round z, of 8 by 3 quads; `closed` by a fan of triangles at either end.
+pub(crate) fn drum_mesh(closed: bool) -> ShellMesh {
+    let tau = std::f64::consts::TAU;
+    let wall = |u: f64, v: f64| DVec3::new((tau * u).cos(), (tau * u).sin(), v);
+    let mut mesh = grid_mesh(wall, 8, 3, true, 1.0);
+    for (first, z) in [(0, 0.0), (24, 1.0)] {
+        if closed {
+            let pole = mesh.nodes.push(DVec3::Z * z);
+            for i in 0..8u32 {
+                let at = |i: u32| NodeId(first + i % 8);
+                let fan = Corners::Triangle([at(i), at(i + 1), pole]);
+                mesh.elements.push(element(fan, 0, 1.0));
+            }
+        }
+    }
+    mesh
+}
+
+/// A cube of 20 with a cube of 16 cut out of its middle.
+pub(crate) fn hollow_brep() -> Brep {
+    let mut solid = box_brep(DVec3::splat(20.0));
+    let inner = box_brep(DVec3::splat(16.0));
+    let (vertices, faces) = (solid.vertices.len() as u32, solid.faces.len() as u32);
+    for p in &inner.vertices {
+        solid.vertices.push(*p + DVec3::splat(2.0));
+    }
+    for facet in &inner.facets {
+        let mut facet = *facet;
+        let [a, b, c] = facet.corners;
+        facet.corners = [a, c, b].map(|v| VertexId(v.0 + vertices));
+        let [ab, bc, ca] = facet.mids.map(|p| p + DVec3::splat(2.0));
+        facet.mids = [ca, bc, ab];
+        facet.face = FaceId(facet.face.0 + faces);
+        solid.facets.push(facet);
+    }
+    for face in &inner.faces {
+        let mut face = face.clone();
+        face.tag += faces as i32;
+        solid.faces.push(face);
+    }
+    assert_eq!(solid.check(), vec![]);
+    solid
+}

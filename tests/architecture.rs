@@ -137,6 +137,7 @@ fn foreign_crates_stay_behind_their_module() {
         ("obvhs", "spatial"),
         ("spade", "geom/cdt"),
         ("faer", "solve"),
+        ("nix", "pipeline/memory"),
     ] {
         let text = format!("use {foreign}::Thing;");
         caught("src/geom/placer.rs", &text);

@@ -14,12 +14,13 @@ const EXAMPLES: &str = "\
 Examples:
   midshell mesh bracket.step -o bracket.inp
   midshell mesh cover.step -o cover.vtu -o cover.bdf --size 4 --element quad --json cover.json
+  midshell mesh scan.stl -o scan.vtu
   midshell mesh hood.step -o hood.inp --format abaqus --size-curvature 24 --timings
   midshell inspect bracket.step
   midshell doctor
   midshell completions bash > ~/.local/share/bash-completion/completions/midshell";
 
-/// A thin-walled CAD solid in, a connected shell mesh on its mid-surface with thickness out.
+/// A thin-walled solid in (STEP, IGES, BREP; STL, OBJ, PLY), a connected shell mesh on its mid-surface with thickness out.
 #[derive(Parser, Debug)]
 #[command(name = "midshell", version, arg_required_else_help = true, after_help = after_help())]
 pub struct Cli {
@@ -46,7 +47,7 @@ pub enum Verb {
 /// What is read, and with which tool.
 #[derive(Args, Debug)]
 pub struct SourceArgs {
-    /// The part: a STEP file (also IGES, BREP, STL, OBJ or PLY)
+    /// The part: a CAD file (STEP, IGES, BREP) or closed facets (STL, OBJ, PLY; lengths in mm)
     #[arg(value_name = "IN", value_hint = ValueHint::FilePath)]
     pub input: PathBuf,
     /// Unit of the lengths in a STL, OBJ or PLY file, which names none [default: mm]
@@ -95,7 +96,7 @@ pub struct MeshArgs {
     /// Write the report as JSON; - is the terminal
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     pub json: Option<PathBuf>,
-    /// Show how long each stage took
+    /// Show how long each stage took, and the most memory
     #[arg(long)]
     pub timings: bool,
     /// Keep the result of every stage in this folder, to look into a run that went wrong

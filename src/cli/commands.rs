@@ -82,6 +82,7 @@ fn render(
     let options = ExportOptions {
         title: name.to_string_lossy().into_owned(),
         cell_quality: Some(&run.cell_quality),
+        cell_doubts: run.report.audit.as_ref().map(|a| &a.element_doubts[..]),
         ..ExportOptions::default()
     };
     args.outputs
@@ -110,7 +111,8 @@ fn tell(args: &MeshArgs, run: &MeshRun, json: &str) -> Result<(), Complaint> {
     }
     console::result(&text)?;
     if args.timings {
-        let table = timing_table(&run.timings);
+        let memory = run.report.peak_memory;
+        let table = timing_table(&run.timings) + &format!("peak memory {memory}\n");
         // Standard output holds nothing but JSON when it is asked for.
         if is_stdout(&args.json) {
             console::message(&table);

@@ -97,7 +97,7 @@ pub enum ExportError {
 }
 
 /// The cell fields that every VTU file has.
-pub(super) const CELL_FIELDS: [&str; 8] = [
+pub(super) const CELL_FIELDS: [&str; 9] = [
     "thickness",
     "sheet",
     "wall",
@@ -106,6 +106,7 @@ pub(super) const CELL_FIELDS: [&str; 8] = [
     "source_face_b",
     "unsure",
     "quality",
+    "doubt",
 ];
 
 /// The first violation, in the order nodes, elements, edges, fields.
@@ -207,6 +208,9 @@ fn check_fields(mesh: &ShellMesh, options: &ExportOptions<'_>) -> Result<(), Exp
     let count = mesh.elements.len();
     if let Some(quality) = options.cell_quality {
         check_length("quality", quality.len(), count)?;
+    }
+    if let Some(doubts) = options.cell_doubts {
+        check_length("doubt", doubts.len(), count)?;
     }
     for (k, (name, values)) in options.cell_fields.iter().enumerate() {
         check_length(name, values.len(), count)?;

@@ -130,6 +130,8 @@ pub struct ExportOptions<'a> {
     pub title: String,
     /// #E scaled Jacobians, the VTU cell field `quality`; left out if `None`.
     pub cell_quality: Option<&'a [f64]>,
+    /// #E what the audit doubts of each element, sums of [`DoubtRule::bit`](crate::model::report::DoubtRule::bit), the VTU cell field `doubt`; left out if `None`.
+    pub cell_doubts: Option<&'a [u32]>,
     /// More VTU cell fields: name and #E values each.
     pub cell_fields: Vec<(String, Vec<f64>)>,
     /// The material of the decks.

@@ -1,8 +1,12 @@
 //! VTK XML unstructured grid (`.vtu`): inline base64, little endian, `UInt64` length headers, so that every `f64` is exact.
 //!
 //! Triangles are cell type 5, quads 9. Point fields: `thickness` (mm), `normal`. Cell fields: `thickness` (mean of the corners, mm), `sheet`, `wall`
-//! (numbered from 1), `solid`, `source_face_a` and `source_face_b` (tags of the source file, on the side of the normal and on the other; 0 for none), `unsure` (0 or 1), `quality` and
-//! the extra fields of the options.
+//! (numbered from 1), `solid`, `source_face_a` and `source_face_b` (tags of the source file, on the side of the normal and on the other; 0 for none), `unsure` (0 or 1), `quality`,
+//! `doubt` and the extra fields of the options.
+//!
+//! `doubt` is 0 where the audit has nothing against an element; else the sum of euler 1, pieces 2, r-error 4, cover 8, outside 16, thickness 32, free-edges 64,
+//! flipped 128, orientation 256, not-finite 512, orphans 1024, unmeasured 2048, voids 4096
+//! ([`DoubtRule::bit`](crate::model::report::DoubtRule::bit)). A wall without mesh has no cell: the report names its faces.
 //!
 //! Reference: VTK file formats, <https://docs.vtk.org/en/latest/vtk_file_formats/vtkxml_file_format.html>.
 
@@ -100,6 +104,10 @@ fn cell_data(out: &mut String, mesh: &ShellMesh, options: &ExportOptions<'_>) {
     array(out, "UInt8", "unsure", 1, unsure);
     if let Some(quality) = options.cell_quality {
         reals(out, "quality", 1, quality.iter().copied());
+    }
+    if let Some(doubts) = options.cell_doubts {
+        let bytes = doubts.iter().flat_map(|d| d.to_le_bytes());
+        array(out, "UInt32", "doubt", 1, bytes);
     }
     for (name, values) in &options.cell_fields {
         reals(out, name, 1, values.iter().copied());
@@ -202,13 +210,18 @@ mod tests {
     fn names_are_escaped_and_quality_comes_only_when_given() {
         let mesh = quad([1.0; 4]);
         assert!(!text(Format::Vtu, &mesh).contains("quality"));
+        assert!(!text(Format::Vtu, &mesh).contains("doubt"));
         let options = ExportOptions {
             cell_quality: Some(&[0.5]),
+            cell_doubts: Some(&[65]),
             cell_fields: vec![("a<\"b\"".into(), vec![1.0])],
             ..ExportOptions::default()
         };
         let vtu = String::from_utf8(render(Format::Vtu, &mesh, &options).unwrap()).unwrap();
         assert!(vtu.contains("Name=\"quality\""));
+        // Eight bytes of length, four of the value.
+        let field = "\"UInt32\" Name=\"doubt\" NumberOfComponents=\"1\" format=\"binary\">\nBAAAAAAAAABBAAAA\n";
+        assert!(vtu.contains(field), "{vtu}");
         assert!(vtu.contains("Name=\"a&lt;&quot;b&quot;\""));
     }
 }

@@ -4,6 +4,7 @@ pub mod brep;
 pub mod complex;
 pub mod decomposition;
 pub mod disjoint;
+pub mod doubt;
 pub mod element_shape;
 pub mod ids;
 pub mod length_unit;

@@ -5,12 +5,14 @@ mod dump;
 mod error;
 mod facts;
 mod inspect;
+mod memory;
 mod merge;
 mod midsurface;
 mod report;
 
 pub use error::PipelineError;
 pub use inspect::inspect;
+pub use memory::PeakMemory;
 pub use report::{RunReport, SolidReport};
 
 use crate::charts;
@@ -78,6 +80,7 @@ pub fn mesh(
     run.report.import_attempts = imported.attempts;
     run.report.notes = imported.notes;
     run.timings = clock.finish();
+    run.report.peak_memory = memory::peak();
     Ok(run)
 }
 

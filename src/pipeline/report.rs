@@ -1,5 +1,6 @@
 //! What a run says of its own result.
 
+use super::memory::PeakMemory;
 use super::midsurface::MidSurface;
 use crate::model::brep::Brep;
 use crate::model::report::{AuditReport, QualityReport};
@@ -62,6 +63,8 @@ pub struct RunReport {
     pub quality: Option<QualityReport>,
     /// The self-audit.
     pub audit: Option<AuditReport>,
+    /// The most memory that it took.
+    pub peak_memory: PeakMemory,
     /// What the audit holds against the result; nothing where it is right.
     pub doubts: Vec<String>,
 }

@@ -70,11 +70,12 @@ const MAY_NAME: &[(&str, &[&str])] = &[
 ];
 
 /// Foreign crates and the one module, by its path, that may name each.
-const FOREIGN_HOMES: [(&str, &str); 4] = [
+const FOREIGN_HOMES: [(&str, &str); 5] = [
     ("obvhs", "spatial"),
     ("spade", "geom::cdt"),
     ("faer", "solve"),
     ("wgpu", "gpu"),
+    ("nix", "pipeline::memory"),
 ];
 
 /// Parts of std that only some modules may name.

@@ -3,18 +3,24 @@
 //! Input: the boundaries of the solids and one shell mesh for all of them. Samples are spread over mesh and boundary from a seed;
 //! rays find the walls on either side, distances are taken to the curved facets. Nothing of how the mesh was made is used.
 //!
+//! A doubt names its places ([`Place`](crate::model::report::Place)): coordinates, faces of the solid, elements, the largest first; and every element that gives
+//! rise to one carries its bit. Walls without mesh have no element: there the faces say where.
+//!
 //! Guarantees: the same report for the same input and seed on any number of threads; elements that cannot be measured are counted
 //! and doubted, never skipped in silence.
 //! Limits: blind to defects smaller than a sample's share of the area (a ten-thousandth), but for the exact counts of topology.
 
 mod coverage;
+mod homology;
+mod places;
 mod sampling;
 mod skin;
+mod suspects;
 mod topology;
 mod walls;
 
 use crate::model::brep::Brep;
-use crate::model::ids::NodeId;
+use crate::model::ids::Id;
 use crate::model::report::{AuditLimits, AuditReport, Doubt, DoubtRule, Verdict};
 use crate::model::shell::ShellMesh;
 use glam::DVec3;
@@ -36,23 +42,27 @@ pub fn audit_with(
 ) -> AuditReport {
     let skin = skin::Skin::new(pieces);
     let topology = topology::look_at(mesh);
+    let homology = homology::of_mesh(mesh, topology.euler, limits.homology_steps);
+    let (betti_solid, voids) = homology::of_solids(pieces);
     let flat = walls::Flat::new(mesh, |id| topology::is_sound(mesh, id));
-    let lines = |edges: &[[NodeId; 2]]| -> Vec<[DVec3; 2]> {
-        edges
-            .iter()
-            .filter_map(|[a, b]| Some([*mesh.nodes.get(*a)?, *mesh.nodes.get(*b)?]))
-            .collect()
-    };
-    let (special, free) = (lines(&topology.special), lines(&topology.free));
-    let walls = walls::measure(&skin, &flat, &special, SAMPLES, seed);
+    let special: Vec<[DVec3; 2]> = topology
+        .special
+        .iter()
+        .filter_map(|[a, b]| Some([*mesh.nodes.get(*a)?, *mesh.nodes.get(*b)?]))
+        .collect();
+    let measure = walls::Measure::new(&skin, mesh, &flat, &special);
+    let walls = measure.samples(SAMPLES, seed);
     // Another seed, so that the two sets of samples have nothing to do with each other.
-    let coverage = coverage::measure(&skin, &flat, &free, SAMPLES, seed.wrapping_add(1));
+    let seed = seed.wrapping_add(1);
+    let coverage = coverage::measure(&skin, mesh, &flat, &topology.free, SAMPLES, seed);
     let mut report = AuditReport {
         euler: topology.euler,
         euler_solid: skin.euler,
         pieces: topology.pieces,
         solids: pieces.len(),
-        orphans: topology.orphans,
+        betti: homology.as_ref().map(|h| h.betti),
+        betti_solid,
+        orphans: topology.orphans.len(),
         r50: walls.r50,
         r95: walls.r95,
         r_bins: walls.r_bins,
@@ -70,21 +80,52 @@ pub fn audit_with(
         },
         thickness_error: walls.thickness_error,
         unsure_share: flat.share(|id| mesh.elements[id].unsure),
-        flipped: topology.flipped,
-        misoriented: topology.misoriented,
-        not_finite: topology.not_finite,
+        flipped: topology.flipped.len(),
+        misoriented: topology.misoriented.len(),
+        not_finite: topology.not_finite.len(),
         limits,
         verdict: Verdict::Right,
+        element_doubts: vec![0; mesh.elements.len()],
     };
-    let doubts = doubts(&report);
-    if !doubts.is_empty() {
-        report.verdict = Verdict::Doubted(doubts);
+    let beyond = beyond(&report);
+    if beyond.is_empty() {
+        return report;
     }
+    let seen = suspects::Seen {
+        pieces,
+        skin: &skin,
+        mesh,
+        topology: &topology,
+        homology: homology.as_ref(),
+        voids: &voids,
+        measure: &measure,
+        walls: &walls,
+        coverage: &coverage,
+        limits,
+    };
+    let doubts = beyond
+        .into_iter()
+        .map(|(rule, value, limit)| {
+            let findings = seen.findings(rule);
+            for id in findings.iter().flat_map(|f| &f.elements) {
+                report.element_doubts[id.index()] |= rule.bit();
+            }
+            let (places, place_count) = places::gather(&findings);
+            Doubt {
+                rule,
+                value,
+                limit,
+                places,
+                place_count,
+            }
+        })
+        .collect();
+    report.verdict = Verdict::Doubted(doubts);
     report
 }
 
-/// Every measure that is beyond its limit, in the order of the rules.
-fn doubts(report: &AuditReport) -> Vec<Doubt> {
+/// Every measure that is beyond its limit, in the order of the rules: the rule, the value, the limit.
+fn beyond(report: &AuditReport) -> Vec<(DoubtRule, f64, f64)> {
     let limits = &report.limits;
     DoubtRule::ALL
         .into_iter()
@@ -114,8 +155,13 @@ fn doubts(report: &AuditReport) -> Vec<Doubt> {
                 DoubtRule::NotFinite => above(report.not_finite as f64, 0.0),
                 DoubtRule::Orphans => above(report.orphans as f64, 0.0),
                 DoubtRule::Unmeasured => (report.judged_share, 0.0, report.r95.is_none()),
+                DoubtRule::Voids => {
+                    let found = report.betti.map_or(report.betti_solid[2], |b| b[2]);
+                    let (value, limit) = (found as f64, report.betti_solid[2] as f64);
+                    (value, limit, value != limit)
+                }
             };
-            doubted.then_some(Doubt { rule, value, limit })
+            doubted.then_some((rule, value, limit))
         })
         .collect()
 }
@@ -125,5 +171,7 @@ fn above(value: f64, limit: f64) -> (f64, f64, bool) {
     (value, limit, value > limit || value.is_nan())
 }
 
+#[cfg(test)]
+mod place_tests;
 #[cfg(test)]
 mod tests;

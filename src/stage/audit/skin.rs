@@ -30,6 +30,8 @@ pub(super) struct Skin {
     facets: Vec<QuadraticTriangle>,
     /// For each facet the number of its face, counted over all solids.
     faces: Vec<u32>,
+    /// For each of these numbers the tag of the face in its file.
+    tags: Vec<i32>,
     pieces: Vec<Piece>,
     flat: Vec<[DVec3; 3]>,
     bvh: TriangleBvh,
@@ -56,6 +58,7 @@ pub(super) struct SkinHit {
 impl Skin {
     pub fn new(solids: &[&Brep]) -> Self {
         let (mut facets, mut faces, mut sharp) = (Vec::new(), Vec::new(), Vec::new());
+        let mut tags: Vec<i32> = Vec::new();
         let (mut characteristic, mut first_face) = (0i64, 0u32);
         for solid in solids {
             let first = facets.len();
@@ -70,6 +73,8 @@ impl Skin {
             characteristic += solid.euler();
             let named = solid.facets.iter().map(|f| f.face.0 + 1).max();
             first_face += named.unwrap_or(0).max(solid.faces.len() as u32);
+            tags.extend(solid.faces.iter().map(|f| f.tag));
+            tags.resize(first_face as usize, 0);
         }
         let volume = facets.iter().map(QuadraticTriangle::volume).sum::<f64>();
         let area: f64 = facets.iter().map(|f| area(f.corners)).sum();
@@ -129,10 +134,16 @@ impl Skin {
             by_face,
             facets,
             faces,
+            tags,
             pieces,
             flat,
             sharp,
         }
+    }
+
+    /// The tag of a face in its file; 0 where it has none.
+    pub fn tag(&self, face: u32) -> i32 {
+        self.tags.get(face as usize).copied().unwrap_or(0)
     }
 
     /// Areas of the flat pieces.

@@ -1,26 +1,26 @@
 use super::*;
-use crate::model::ids::{ElementId, IndexVec, SheetId};
+use crate::model::ids::{ElementId, IndexVec, NodeId, SheetId};
 use crate::model::shell::{Corners, Element};
 use crate::test_parts::{box_brep, brep, grid_mesh, plate_mesh, sheet, tube_brep};
 
 const SEED: u64 = 7;
 
-fn plate() -> Brep {
+pub(super) fn plate() -> Brep {
     box_brep(DVec3::new(100.0, 60.0, 3.0))
 }
 
-fn rules(report: &AuditReport) -> Vec<DoubtRule> {
+pub(super) fn rules(report: &AuditReport) -> Vec<DoubtRule> {
     report.doubts().iter().map(|d| d.rule).collect()
 }
 
-fn moved(mut mesh: ShellMesh, f: impl Fn(DVec3) -> DVec3) -> ShellMesh {
+pub(super) fn moved(mut mesh: ShellMesh, f: impl Fn(DVec3) -> DVec3) -> ShellMesh {
     for p in mesh.nodes.iter_mut() {
         *p = f(*p);
     }
     mesh
 }
 
-fn placed(mut solid: Brep, f: impl Fn(DVec3) -> DVec3) -> Brep {
+pub(super) fn placed(mut solid: Brep, f: impl Fn(DVec3) -> DVec3) -> Brep {
     for p in solid.vertices.iter_mut() {
         *p = f(*p);
     }
@@ -30,7 +30,7 @@ fn placed(mut solid: Brep, f: impl Fn(DVec3) -> DVec3) -> Brep {
     solid
 }
 
-fn keep(mesh: &ShellMesh, wanted: impl Fn(usize) -> bool) -> ShellMesh {
+pub(super) fn keep(mesh: &ShellMesh, wanted: impl Fn(usize) -> bool) -> ShellMesh {
     let elements = mesh.elements.iter().enumerate();
     ShellMesh {
         elements: elements
@@ -42,7 +42,7 @@ fn keep(mesh: &ShellMesh, wanted: impl Fn(usize) -> bool) -> ShellMesh {
 }
 
 /// Both meshes in one, not merged.
-fn beside(a: &ShellMesh, b: &ShellMesh) -> ShellMesh {
+pub(super) fn beside(a: &ShellMesh, b: &ShellMesh) -> ShellMesh {
     let mut out = a.clone();
     let first = a.nodes.len() as u32;
     for p in &b.nodes {

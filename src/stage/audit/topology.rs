@@ -13,12 +13,15 @@ const FOLD_DEG: f64 = 20.0;
 pub(super) struct Topology {
     pub euler: i64,
     pub pieces: usize,
-    pub orphans: usize,
-    pub not_finite: usize,
-    pub flipped: usize,
-    pub misoriented: usize,
+    /// For each element the first of its piece.
+    pub piece_of: Vec<ElementId>,
+    pub orphans: Vec<NodeId>,
+    pub not_finite: Vec<ElementId>,
+    pub flipped: Vec<ElementId>,
+    /// Edges inside a sheet whose two elements run the same way.
+    pub misoriented: Vec<([NodeId; 2], [ElementId; 2])>,
     /// Edges of one element.
-    pub free: Vec<[NodeId; 2]>,
+    pub free: Vec<([NodeId; 2], ElementId)>,
     /// Edges of three elements or more, and sharp folds.
     pub special: Vec<[NodeId; 2]>,
 }
@@ -100,7 +103,7 @@ pub(super) fn look_at(mesh: &ShellMesh) -> Topology {
         }
         let ends = [run[0].0, run[0].1];
         match run {
-            [_] => out.free.push(ends),
+            [one] => out.free.push((ends, one.2)),
             [a, b] => {
                 let (u, v) = (vectors[a.2.index()], vectors[b.2.index()]);
                 let cosine = u.normalize_or_zero().dot(v.normalize_or_zero());
@@ -109,7 +112,7 @@ pub(super) fn look_at(mesh: &ShellMesh) -> Topology {
                 }
                 if sheet(a.2) == sheet(b.2) {
                     if a.3 == b.3 {
-                        out.misoriented += 1;
+                        out.misoriented.push((ends, [a.2, b.2]));
                     } else {
                         around[a.2.index()] += v;
                         around[b.2.index()] += u;
@@ -121,16 +124,21 @@ pub(super) fn look_at(mesh: &ShellMesh) -> Topology {
     }
     for (id, vector) in mesh.elements.ids().zip(&vectors) {
         if !is_sound(mesh, id) {
-            out.not_finite += 1;
+            out.not_finite.push(id);
         } else if is_inverted(mesh, id, *vector) || vector.dot(around[id.index()]) < 0.0 {
             // Against all of its neighbours in the sheet: folded over.
-            out.flipped += 1;
+            out.flipped.push(id);
         }
     }
-    let nodes = used.iter().filter(|u| **u).count();
-    out.orphans = used.len() - nodes;
+    out.orphans = mesh.nodes.ids().filter(|n| !used[n.index()]).collect();
+    let nodes = used.len() - out.orphans.len();
     out.euler = nodes as i64 - edges as i64 + mesh.elements.len() as i64;
     out.pieces = sets.sets();
+    out.piece_of = mesh
+        .elements
+        .ids()
+        .map(|e| ElementId(sets.find(e.0)))
+        .collect();
     out
 }
 
@@ -142,8 +150,9 @@ mod tests {
     #[test]
     fn a_plate_is_one_disc() {
         let t = look_at(&plate_mesh(20, 12));
-        assert_eq!((t.euler, t.pieces, t.orphans), (1, 1, 0));
-        assert_eq!((t.flipped, t.misoriented, t.not_finite), (0, 0, 0));
+        assert_eq!((t.euler, t.pieces), (1, 1));
+        assert!(t.flipped.is_empty() && t.misoriented.is_empty());
+        assert!(t.not_finite.is_empty() && t.orphans.is_empty());
         assert_eq!((t.free.len(), t.special.len()), (64, 0));
     }
 
@@ -151,22 +160,24 @@ mod tests {
     fn every_planted_defect_is_counted() {
         let mut mesh = plate_mesh(20, 12);
         mesh.nodes.push(DVec3::ZERO);
-        assert_eq!(look_at(&mesh).orphans, 1);
+        assert_eq!(look_at(&mesh).orphans, [NodeId(273)]);
 
         let mut mesh = plate_mesh(20, 12);
         if let Corners::Quad(n) = &mut mesh.elements[ElementId(125)].corners {
             n.reverse();
         }
-        assert_eq!(look_at(&mesh).misoriented, 4);
+        let wrong = look_at(&mesh).misoriented;
+        assert_eq!(wrong.len(), 4);
+        assert!(wrong.iter().all(|(_, e)| e.contains(&ElementId(125))));
 
         let mut mesh = plate_mesh(20, 12);
         mesh.nodes[NodeId(130)].x += 7.0;
-        assert!(look_at(&mesh).flipped >= 2);
+        assert!(look_at(&mesh).flipped.len() >= 2);
 
         let mut mesh = plate_mesh(20, 12);
         mesh.elements[ElementId(7)].thickness[2] = 0.0;
         mesh.elements[ElementId(9)].corners =
             Corners::Triangle([NodeId(0), NodeId(1), NodeId(99_999)]);
-        assert_eq!(look_at(&mesh).not_finite, 2);
+        assert_eq!(look_at(&mesh).not_finite, [7, 9].map(ElementId));
     }
 }
