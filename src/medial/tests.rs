@@ -1,4 +1,5 @@
 use super::*;
+use crate::geom::placer::Placer;
 use crate::geom::random::Pcg;
 use crate::model::walls::Wall;
 use crate::stage::adjacency::adjacency;
