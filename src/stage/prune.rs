@@ -131,7 +131,11 @@ fn idle_sheets(
                 .normal(middle, wall)
                 .is_some_and(|n| n.dot(normal).abs() < LEAN)
     };
+    let parts = parting(complex, edges, &sheet);
     let flat = |t: TriangleId| {
+        if parts.binary_search(&sheet[t]).is_ok() {
+            return false;
+        }
         let [a, b, c] = corners[t.index()];
         let longest = a.distance(b).max(b.distance(c)).max(c.distance(a));
         2.0 * area(t) <= FLAT * thickness(t) * longest
@@ -159,12 +163,33 @@ fn idle_sheets(
     let mut told: Vec<Vec<TriangleId>> = Vec::new();
     let mut gone: Vec<u32> = Vec::new();
     for ((size, list), (idle, others)) in small.into_iter().zip(judged) {
-        if idle >= IDLE_SHARE * size && !others.iter().any(|o| gone.contains(o)) {
+        // What has no area stands for nothing, though none of it is beside a wall.
+        let is_idle = idle > IDLE_SHARE * size || list.iter().all(|&t| flat(t));
+        if is_idle && !others.iter().any(|o| gone.contains(o)) {
             gone.push(sheet[list[0]]);
             told.push(list);
         }
     }
     told
+}
+
+/// Sheets at whose border another wall meets a third one, sorted. Where such a sheet has no width it is a strip between two strands of one junction: without it
+/// the walls would come apart.
+fn parting(complex: &MidComplex, edges: &[MidEdge], sheet: &IndexVec<TriangleId, u32>) -> Vec<u32> {
+    let wall = |t: TriangleId| complex.triangles[t].wall;
+    let mut found: Vec<u32> = edges
+        .iter()
+        .filter(|e| e.triangles.len() == 3)
+        .flat_map(|e| {
+            (0..3).filter_map(move |k| {
+                let [own, next, last] = [0, 1, 2].map(|i| e.triangles[(k + i) % 3]);
+                (wall(next) != wall(last)).then(|| sheet[own])
+            })
+        })
+        .collect();
+    found.sort_unstable();
+    found.dedup();
+    found
 }
 
 /// Sheets that meet nothing but others of their own wall at junctions, and a larger one among these; with all that they meet.
@@ -176,11 +201,8 @@ fn surplus(
 ) -> BTreeMap<u32, Vec<u32>> {
     let mut met: BTreeMap<u32, Option<Vec<u32>>> = BTreeMap::new();
     for edge in edges.iter().filter(|e| e.triangles.len() > 2) {
-        let wall = |t: &TriangleId| complex.triangles[*t].wall;
-        let own = edge
-            .triangles
-            .windows(2)
-            .all(|t| wall(&t[0]) == wall(&t[1]));
+        let wall = |t: TriangleId| complex.triangles[t].wall;
+        let own = edge.triangles.windows(2).all(|t| wall(t[0]) == wall(t[1]));
         for t in &edge.triangles {
             let met = met.entry(sheet[*t]).or_insert_with(|| Some(Vec::new()));
             if own {
