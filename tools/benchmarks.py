@@ -109,7 +109,22 @@ def topology_right(row):
     return bool(audit) and audit["euler"] == audit["euler_solid"] and audit["pieces"] == audit["solids"]
 
 
-def corpus_text(rows, verdicts):
+def causes_of(rows, verdicts):
+    """why parts are not right, with their number"""
+    causes = Counter()
+    for r in rows:
+        if r["status"] == 1:
+            causes.update(("doubted: " + code) for code in r["doubts"])
+        elif r["status"] is None:
+            causes["out of time"] += 1
+        elif r["status"] != 0:
+            causes[STATUS.get(r["status"], f"status {r['status']}")] += 1
+        if verdicts and r["status"] == 0 and not verdicts.get(r["part"], "").startswith("right"):
+            causes["not right by the separate judge, though not doubted"] += 1
+    return causes
+
+
+def corpus_text(rows, verdicts, before=None):
     n = len(rows)
     share = lambda test: f"{sum(map(test, rows))} of {n} ({100 * sum(map(test, rows)) / n:.0f} %)"
     summary = [["right by their own audit (status 0)", share(lambda r: r["status"] == 0)],
@@ -122,16 +137,7 @@ def corpus_text(rows, verdicts):
                     ["right by their own audit, not by the separate judge", share(lambda r: r["status"] == 0 and not right(r))]]
     seconds = [r["seconds"] for r in rows]
     summary.append(["seconds a part: median, worst", f"{statistics.median(seconds):.1f}, {max(seconds):.1f}"])
-    causes = Counter()
-    for r in rows:
-        if r["status"] == 1:
-            causes.update(("doubted: " + code) for code in r["doubts"])
-        elif r["status"] is None:
-            causes["out of time"] += 1
-        elif r["status"] != 0:
-            causes[STATUS.get(r["status"], f"status {r['status']}")] += 1
-        if verdicts and r["status"] == 0 and not verdicts.get(r["part"], "").startswith("right"):
-            causes["not right by the separate judge, though not doubted"] += 1
+    causes = causes_of(rows, verdicts)
     def line(r):
         audit = r["audit"]
         euler = f"{audit['euler']} / {audit['euler_solid']:g}" if audit else "-"
@@ -142,8 +148,15 @@ def corpus_text(rows, verdicts):
     good = [r for r in rows if r not in failing]
     head += ["judge"] if verdicts else []
     blocks = [table(["outcome", "parts"], summary)]
-    if causes:
+    if before:
+        then = causes_of(*before)
+        names = sorted(causes | then, key=lambda name: (-then[name], -causes[name], name))
+        right = lambda of: sum(v.startswith("right") for v in of.values())
+        blocks += [f"Causes, before and after (a part may have several; right by the separate judge: {right(before[1])} before, {right(verdicts)} after):"]
+        blocks += [table(["cause", "parts before", "parts after"], [[name, then[name], causes[name]] for name in names])]
+    elif causes:
         blocks += ["Causes (a part may have several):", table(["cause", "parts"], causes.most_common())]
+    if causes:
         blocks += ["Parts that are not right:", table(head, map(line, sorted(failing, key=lambda r: (str(r["status"]), r["why"], r["part"]))))]
     if good:
         blocks += ["Parts that are:", table(head, map(line, good))]
@@ -171,8 +184,10 @@ def timing_text(parts, a, folder):
         lines = said[said.index("timings (s)"):].splitlines()[1:]
         stages[part.stem] = {name: float(s) for name, s in (line.split() for line in lines if len(line.split()) == 2)}
         other, count = gmsh_seconds(part, size, folder)
-        rows.append([part.stem, f"{size:.3g}", told["quality"]["elements"], f"{seconds:.2f}", count, f"{other:.2f}", f"{seconds / other:.1f}"])
-    head = ["part", "size, mm", "elements", "midshell, s", "elements of `gmsh -2`", "`gmsh -2`, s", "ratio"]
+        most = told["peak_memory"]
+        memory = [f"{most[k] / 2**20:.0f}" if most.get(k) else "-" for k in ("own_bytes", "child_bytes")]
+        rows.append([part.stem, f"{size:.3g}", told["quality"]["elements"], f"{seconds:.2f}", count, f"{other:.2f}", f"{seconds / other:.1f}", *memory])
+    head = ["part", "size, mm", "elements", "midshell, s", "elements of `gmsh -2`", "`gmsh -2`, s", "ratio", "most memory, MiB", "gmsh (in its own process), MiB"]
     names = list(dict.fromkeys(name for s in stages.values() for name in s))
     by_stage = [[name, *(f"{s.get(name, 0.0):.3f} ({100 * s.get(name, 0.0) / max(s['total'], 1e-9):.0f} %)" for s in stages.values())] for name in names]
     return table(head, rows) + "\n\nSeconds by stage:\n\n" + table(["stage", *stages], by_stage)
@@ -186,6 +201,7 @@ def main():
     p.add_argument("--page", type=Path, help="the page to write into")
     p.add_argument("--verdicts", type=Path, help="CSV of a judge of your own: part, verdict")
     p.add_argument("--results", type=Path, help="CSV of a judge that ran midshell itself, instead of --parts and --verdicts")
+    p.add_argument("--before", type=Path, help="with --results: such a file of an earlier state, to set the causes side by side")
     p.add_argument("--jobs", type=int, default=2, help="parts at a time")
     p.add_argument("--threads", type=int, default=2, help="threads a part")
     p.add_argument("--limit", type=float, default=120, help="seconds a part")
@@ -198,7 +214,7 @@ def main():
         if a.time:
             texts["timings"] = timing_text(parts_of(a.time), a, folder)
         if a.results:
-            texts["corpus"] = corpus_text(*judged_rows(a.results))
+            texts["corpus"] = corpus_text(*judged_rows(a.results), judged_rows(a.before) if a.before else None)
         elif a.parts:
             verdicts = {}
             if a.verdicts:
