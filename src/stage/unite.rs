@@ -11,6 +11,7 @@ use crate::model::complex::{EdgeKind, MidComplex, MidEdge, Support};
 use crate::model::disjoint::{Disjoint, SidedDisjoint};
 use crate::model::ids::{Id, IndexVec, TriangleId, WallId};
 use crate::model::walls::{Pairing, Wall};
+use glam::DVec3;
 use std::collections::BTreeMap;
 
 /// Mid-surfaces that meet at less than this are one surface: a shell element takes a bend of this angle without a crease.
@@ -21,8 +22,10 @@ const SAME_THICKNESS: f64 = 0.1;
 const SAME_PLACE: f64 = 0.1;
 /// Share of the common crease that must be smooth.
 const MOST: f64 = 0.7;
-/// A sheet smaller than this many squared thicknesses is an island of wrong labels.
+/// A sheet smaller than this many squared thicknesses is an island of wrong labels, unless it lies over its wall and not over the one round about.
 const ISLAND: f64 = 3.0;
+/// What is further than this beyond the ends of a wall's sides does not lie over it, in thicknesses.
+const BEYOND: f64 = 0.25;
 /// Rounds of the majority vote; labels are wrong by one or two triangles, seldom more.
 const ROUNDS: usize = 4;
 
@@ -65,7 +68,17 @@ pub fn unite(
     for t in complex.triangles.as_mut_slice() {
         t.wall = name(t.wall);
     }
-    quiet(&mut complex, &pairing);
+    let mut parts: IndexVec<WallId, Vec<WallId>> =
+        IndexVec::filled(Vec::new(), pairing.walls.len());
+    for (old, new) in new_id.enumerated() {
+        if let Some(new) = *new {
+            parts[new].push(old);
+        }
+    }
+    let beyond = |p: DVec3, wall: WallId| {
+        (parts[wall].iter().map(|&w| placer.beyond(p, w))).fold(f64::INFINITY, f64::min)
+    };
+    quiet(&mut complex, &pairing, &beyond);
     complex.support_by_walls();
     (complex, pairing)
 }
@@ -107,7 +120,7 @@ fn evidence(complex: &MidComplex, placer: &dyn Placer) -> Vec<([WallId; 2], bool
 }
 
 /// Triangles take the wall of the majority of their neighbours, then islands that of the longest border.
-fn quiet(complex: &mut MidComplex, pairing: &Pairing) {
+fn quiet(complex: &mut MidComplex, pairing: &Pairing, beyond: &dyn Fn(DVec3, WallId) -> f64) {
     let edges = complex.edges();
     let mut beside: IndexVec<TriangleId, smallvec::SmallVec<[TriangleId; 3]>> =
         IndexVec::filled(Default::default(), complex.triangles.len());
@@ -131,14 +144,20 @@ fn quiet(complex: &mut MidComplex, pairing: &Pairing) {
                 changed = true;
             }
         }
-        changed |= drown_islands(complex, &edges, pairing);
+        changed |= drown_islands(complex, &edges, pairing, beyond);
         if !changed {
             break;
         }
     }
 }
 
-fn drown_islands(complex: &mut MidComplex, edges: &[MidEdge], pairing: &Pairing) -> bool {
+/// Gives islands the wall of their longest border. A short wall among others lies over its own sides, and not over theirs: it is none.
+fn drown_islands(
+    complex: &mut MidComplex,
+    edges: &[MidEdge],
+    pairing: &Pairing,
+    beyond: &dyn Fn(DVec3, WallId) -> f64,
+) -> bool {
     let mut sets = Disjoint::new(complex.triangles.len());
     for edge in edges.iter().filter(|e| complex.kind(e) == EdgeKind::Inner) {
         sets.join(edge.triangles[0].0, edge.triangles[1].0);
@@ -169,6 +188,20 @@ fn drown_islands(complex: &mut MidComplex, edges: &[MidEdge], pairing: &Pairing)
             *best = (length, wall);
         }
     }
+    let mut own: BTreeMap<u32, f64> = BTreeMap::new();
+    for (id, t) in complex.triangles.enumerated() {
+        let island = sets.find(id.0);
+        let Some(&(_, wall)) = longest.get(&island) else {
+            continue;
+        };
+        let [a, b, c] = t.nodes.map(|n| complex.nodes[n].point);
+        let middle = (a + b + c) / 3.0;
+        let off = |w: WallId| beyond(middle, w) > BEYOND * pairing.walls[t.wall].thickness;
+        if !off(t.wall) && off(wall) {
+            *own.entry(island).or_default() += (b - a).cross(c - a).length() / 2.0;
+        }
+    }
+    longest.retain(|s, _| own.get(s).is_none_or(|own| *own < area[*s as usize] / 2.0));
     for t in complex.triangles.ids() {
         if let Some(&(_, wall)) = longest.get(&sets.find(t.0)) {
             complex.triangles[t].wall = wall;

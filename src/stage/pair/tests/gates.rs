@@ -257,7 +257,8 @@ fn the_blend_at_the_foot_of_a_rib_is_no_side_of_the_plate() {
         for (i, look) in blend.iter_mut().enumerate() {
             let along = i as f64 / 100.0;
             look.point = DVec3::X * along;
-            look.inward = DVec3::new(-hollow * along, 0.0, 1.0).normalize();
+            // Of a hollow face the outward normals come together, so that the inward ones part.
+            look.inward = DVec3::new(hollow * along, 0.0, 1.0).normalize();
         }
         let walls = [(0, 1), (1, 0), (2, 3), (3, 2)].map(|(f, g)| look(f, g, distance, 90.0));
         gated(&aag, &[walls.concat(), blend].concat())

@@ -103,11 +103,10 @@ fn both_sides_may_step_up_down_or_together() {
 }
 
 #[test]
-fn ridges_shallow_grooves_ribs_lumps_and_high_steps_have_no_risers() {
+fn ridges_ribs_lumps_and_high_steps_have_no_risers() {
     let ridge = profile(&[20.0, 21.0, 41.0], &[2.0, 3.0], |x, z| {
         z < 2.0 || (x - 20.5).abs() < 0.5
     });
-    let groove = grooved(1.6);
     // A joggle by all but a sixth of the thickness, and a step to four thicknesses.
     let shear = profile(&[20.0, 40.0], &[2.5, 3.0, 5.5], |x, z| {
         if x > 20.0 { z > 2.5 } else { z < 3.0 }
@@ -115,7 +114,6 @@ fn ridges_shallow_grooves_ribs_lumps_and_high_steps_have_no_risers() {
     let high = profile(&[20.0, 60.0], &[1.0, 4.0], |x, z| z < 1.0 || x > 20.0);
     for (name, solid, paired_faces) in [
         ("ridge", ridge, 3),
-        ("groove", groove, 3),
         ("shear", shear, 4),
         ("high", high, 3),
         ("tee", tee(1), 5),
@@ -146,47 +144,97 @@ fn grooved(down_to: f64) -> Filled {
     })
 }
 
+/// Whether a face is of some pair.
+fn has_mate(solid: &Filled, face: FaceId) -> bool {
+    let pairs = paired(&solid.brep).pairs;
+    pairs.iter().any(|p| p.faces.contains(&face))
+}
+
 #[test]
 fn a_narrow_groove_belongs_to_the_side_that_it_is_cut_into() {
-    for down_to in [0.8, 1.2] {
+    // As wide as what it leaves or narrower the floor has no mate; deeper or shallower it has one, and the groove is two steps.
+    for (down_to, mate) in [(0.8, true), (1.0, false), (1.4, false), (1.6, true)] {
         let solid = grooved(down_to);
         let floor = solid.face(|p| p.z == down_to);
+        assert_eq!(has_mate(&solid, floor), mate, "{down_to}");
         let sides = only_wall(&solid, floor).unwrap();
         let walls = [20.0, 21.0].map(|x| solid.face(|p| p.x == x));
         assert!(walls.iter().all(|f| sides[0].contains(f)), "{down_to}");
         assert_eq!(sides.map(|s| s.len()), [5, 1]);
     }
-    // Nearly through, or wider than a wall needs to be one: no groove, no riser above a third of the thickness.
+    // Nearly through: what is left is a wall of its own, too thin for a step.
     let through = grooved(0.4);
-    let floor = through.face(|p| p.z == 0.4);
-    assert_eq!(paired(&through.brep).side[floor], None);
+    let found = paired(&through.brep);
+    for x in [20.0, 21.0] {
+        assert_eq!(found.side[through.face(|p| p.x == x)], None);
+    }
 }
 
-/// An open box with walls 2 thick and 8 high that carry a lip 1 thick and 2 high: one ledge runs round all four walls.
-fn lipped_box() -> Filled {
+/// A plate 2 thick with a square hole 2 wide, and round its mouth a ring 0.8 wide down to a height of 1.2, or without the hole.
+fn spot_faced(hole: bool) -> Filled {
+    let across = |half: f64, p: DVec3| (p.x - 20.0).abs() < half && (p.y - 12.0).abs() < half;
+    let stops = |c: f64, end: f64| {
+        lines(&[
+            (c - 1.8, 2),
+            (c - 1.0, 1),
+            (c + 1.0, 1),
+            (c + 1.8, 1),
+            (end, 2),
+        ])
+    };
     let grid = [
-        lines(&[(1.0, 1), (2.0, 1), (38.0, 6), (39.0, 1), (40.0, 1)]),
-        lines(&[(1.0, 1), (2.0, 1), (22.0, 3), (23.0, 1), (24.0, 1)]),
-        lines(&[(2.0, 1), (8.0, 2), (10.0, 1)]),
+        stops(20.0, 40.0),
+        stops(12.0, 24.0),
+        lines(&[(1.2, 1), (2.0, 1)]),
     ];
     filled(grid, |p| {
-        let depth = (p.x.min(40.0 - p.x)).min(p.y.min(24.0 - p.y));
-        p.z < 2.0 || (p.z < 8.0 && depth < 2.0) || depth < 1.0
+        !(hole && across(1.0, p)) && (p.z < 1.2 || !across(1.8, p))
     })
 }
 
 #[test]
-fn a_ledge_that_runs_round_a_box_joins_each_lip_to_its_wall() {
-    let solid = lipped_box();
+fn the_narrow_ring_of_a_spot_face_is_no_groove() {
+    let solid = spot_faced(true);
+    let floor = solid.face(|p| p.z == 1.2);
+    assert!(!has_mate(&solid, floor));
+    assert_eq!(paired(&solid.brep).side[floor], None);
+    let walls = solid.face(|p| p.x == 20.0 - 1.8);
+    assert_eq!(paired(&solid.brep).side[walls], None);
+    // Without its hole it is a pocket.
+    let blind = spot_faced(false);
+    let floor = blind.face(|p| p.z == 1.2);
+    assert!(paired(&blind.brep).side[floor].is_some());
+}
+
+/// A wall 2 thick and 8 high, bent by a right angle round an outer radius of 8, that carries a lip 1 thick and 2 high along its outside.
+fn lipped_bend() -> Filled {
+    let (radius, arc) = (8.0, 4.0 * std::f64::consts::PI);
+    let grid = [
+        lines(&[(20.0, 2), (20.0 + arc, 8), (40.0 + arc, 2)]),
+        lines(&[(1.0, 1), (2.0, 1)]),
+        lines(&[(8.0, 2), (10.0, 1)]),
+    ];
+    filled(grid, |p| p.z < 8.0 || p.y < 1.0).mapped(|p| {
+        let along = p.x - 20.0;
+        let (sin, cos) = (along.clamp(0.0, arc) / radius).sin_cos();
+        let beyond = (along - arc).max(0.0);
+        let before = along.min(0.0);
+        DVec3::new(
+            20.0 + before + (radius - p.y) * sin,
+            radius - (radius - p.y) * cos + beyond,
+            p.z,
+        )
+    })
+}
+
+#[test]
+fn a_ledge_that_runs_round_a_bend_joins_the_lip_to_its_wall() {
+    let solid = lipped_bend();
     let ledge = solid.face(|p| p.z == 8.0);
-    let found = paired(&solid.brep);
-    assert_eq!(found.walls.len(), 5);
-    let stepped = (found.walls.iter())
-        .filter(|w| w.sides.iter().any(|s| s.contains(&ledge)))
-        .count();
-    assert_eq!(stepped, 4);
+    let sides = only_wall(&solid, ledge).unwrap();
+    assert_eq!(sides.map(|s| s.len()), [3, 1]);
     let rim = solid.face(|p| p.z == 10.0);
-    assert_eq!(found.side[rim], None);
+    assert_eq!(paired(&solid.brep).side[rim], None);
 }
 
 #[test]
