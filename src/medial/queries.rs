@@ -9,6 +9,15 @@ use glam::DVec3;
 /// The mid-surface of a step bends this near to its inner edge, in thicknesses: the parabola ends within one, and as far again sizes grow.
 const STEP_REACH: f64 = 2.0;
 
+impl Medial<'_> {
+    /// Radius with which the mid-surface climbs at a step near `point`, mm; infinite where there is none within reach.
+    pub fn step_radius(&self, point: DVec3, wall: WallId) -> f64 {
+        let reach = STEP_REACH * self.thickness[wall];
+        let [a, b] = (self.sides[wall].each_ref()).map(|s| s.inner_edges.radius(point, reach));
+        a.min(b)
+    }
+}
+
 impl Placer for Medial<'_> {
     fn place(&self, start: DVec3, supports: &[Support]) -> DVec3 {
         self.converge(start, supports, STEPS)
@@ -58,10 +67,6 @@ impl Placer for Medial<'_> {
         } else {
             2.0 * r.min(s)
         };
-        let reach = STEP_REACH * self.thickness[wall];
-        let steps = self.sides[wall]
-            .each_ref()
-            .map(|s| s.inner_edges.radius(point, reach));
-        bend.min(steps[0]).min(steps[1])
+        bend.min(self.step_radius(point, wall))
     }
 }

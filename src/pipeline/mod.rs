@@ -189,7 +189,11 @@ fn field<'a>(
     sizing: &'a size::Sizing,
     medial: &'a Medial<'_>,
 ) -> impl Fn(DVec3, WallId) -> f64 + Sync + 'a {
-    |p, w| sizing.at(medial.curvature_radius(p, w), medial.mean_thickness(w))
+    |p, w| {
+        let thickness = medial.mean_thickness(w);
+        let bend = sizing.at(medial.curvature_radius(p, w), thickness);
+        bend.min(sizing.at_step(medial.step_radius(p, w), thickness))
+    }
 }
 
 /// The raw complex untangled.

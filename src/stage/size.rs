@@ -25,6 +25,9 @@ const MOST_TRIANGLES: f64 = 40_000.0;
 const CHORD: f64 = 0.01;
 /// Curvature alone never asks for edges shorter than this share of the thickness: a shell element shorter than half of it is none.
 const SHORTEST: f64 = 0.5;
+/// The same at steps of the thickness: the parabola along which the middle climbs there is half a thickness wide and ends in a kink, so that longer edges would smear
+/// it over as much again of the wall. Where bends are eased, steps are as well.
+const SHORTEST_AT_STEPS: f64 = 0.35;
 /// The same where bends are eased as far as they may.
 const EASED: f64 = 1.0;
 /// Where bends are eased, a quarter turn still gets two edges: one would cut through the wall at its corner.
@@ -94,6 +97,16 @@ impl Sizing {
                 .max(SHORTEST * thickness),
         };
         (EVENNESS * curved).min(self.target)
+    }
+
+    /// Edge length at a step of a wall of this thickness, where the mid-surface climbs along a parabola of this radius, mm. Only the part's own sizes follow steps.
+    pub fn at_step(&self, radius: f64, thickness: f64) -> f64 {
+        if self.per_turn.is_some() {
+            return self.target;
+        }
+        let climbing = (8.0 * radius * CHORD * thickness).sqrt();
+        let least = SHORTEST_AT_STEPS * self.shortest / SHORTEST * thickness;
+        (EVENNESS * climbing.max(least)).min(self.target)
     }
 
     /// The same with bends followed less finely, as far as the triangles would be too many; `radius(point, wall)` tells the bends, mm, as

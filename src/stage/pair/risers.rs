@@ -40,9 +40,6 @@ const SHALLOW: f64 = 0.75;
 const PLUMB_COS: f64 = 0.8;
 /// Share of a riser's border that lies along the side that it continues: a chamfer at the rim of the thicker wall touches it with half of its border only.
 const LEAST_BORDER: f64 = 0.6;
-/// The same of the faces of a groove: its side lies along both long borders of its floor. A rebate, and the ring of a spot-face round a hole, lie open along the rim on
-/// one of them: there the sheet comes to its end.
-const GROOVE_BORDER: f64 = 0.75;
 
 /// Two pairs that are one wall, over risers.
 #[derive(Clone, Debug, PartialEq)]
@@ -242,7 +239,7 @@ impl<S: Sides> Search<'_, S> {
         let range = [t / GREATEST_RATIO, t * (1.0 + SLACK)];
         let mut risers = Vec::new();
         for members in self.component(a, ground, range) {
-            let kept = self.bordering(members.clone(), [near, near], GROOVE_BORDER);
+            let kept = self.bordering(members.clone(), [near, near]);
             let deep = kept.iter().any(|&f| {
                 self.height(f, ground)
                     .is_some_and(|[least, _]| least < SHALLOW * t)
@@ -279,8 +276,8 @@ impl<S: Sides> Search<'_, S> {
         foreign / own
     }
 
-    /// The faces of a component of whose border a share lies along the sides or along one another.
-    fn bordering(&self, mut members: Vec<FaceId>, ends: [Side; 2], share: f64) -> Vec<FaceId> {
+    /// The faces of a component that lie along the sides or along one another.
+    fn bordering(&self, mut members: Vec<FaceId>, ends: [Side; 2]) -> Vec<FaceId> {
         loop {
             let kept = members.clone();
             members.retain(|&f| {
@@ -294,7 +291,7 @@ impl<S: Sides> Search<'_, S> {
                     })
                     .map(|x| x.length)
                     .sum();
-                along >= share * self.aag.perimeter[f]
+                along >= LEAST_BORDER * self.aag.perimeter[f]
             });
             if members.len() == kept.len() {
                 return members;
@@ -357,7 +354,7 @@ impl<S: Sides> Search<'_, S> {
     ) -> Option<Vec<FaceId>> {
         let mut risers = Vec::new();
         for members in self.component(a, ground, range) {
-            let members = self.bordering(members, ends, LEAST_BORDER);
+            let members = self.bordering(members, ends);
             let touches = |g: FaceId| {
                 members
                     .iter()

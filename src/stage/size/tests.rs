@@ -80,6 +80,24 @@ fn on_curves_the_chord_stays_near_or_the_turn_is_divided() {
     assert_eq!(sizing(Some(24.0)).at(1e9, 2.0), 10.0);
 }
 
+#[test]
+fn at_a_step_edges_are_shorter_than_in_a_bend_of_that_radius() {
+    let with = |per_turn, shortest| Sizing {
+        target: 10.0,
+        per_turn,
+        shortest,
+    };
+    let own = with(None, SHORTEST);
+    // The parabola's radius is twice its distance from the inner edge, about the thickness.
+    assert_eq!(own.at_step(2.0, 2.0), EVENNESS * SHORTEST_AT_STEPS * 2.0);
+    assert!(own.at_step(2.0, 2.0) < own.at(2.0, 2.0));
+    assert_eq!(own.at_step(f64::INFINITY, 2.0), 10.0);
+    // Eased like bends; the user's own number rules.
+    let eased = with(None, EASED).at_step(0.1, 2.0);
+    assert!((eased / own.at_step(0.1, 2.0) - EASED / SHORTEST).abs() < 1e-12);
+    assert_eq!(with(Some(24.0), SHORTEST).at_step(2.0, 2.0), 10.0);
+}
+
 /// A pairing with one wall between the two large faces of a box.
 fn one_wall(brep: &Brep, thickness: f64) -> Pairing {
     let mut area: Vec<(f64, FaceId)> = (brep.faces.ids())

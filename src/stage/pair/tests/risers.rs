@@ -193,17 +193,16 @@ fn spot_faced(hole: bool) -> Filled {
 }
 
 #[test]
-fn the_narrow_ring_of_a_spot_face_is_no_groove() {
-    let solid = spot_faced(true);
-    let floor = solid.face(|p| p.z == 1.2);
-    assert!(!has_mate(&solid, floor));
-    assert_eq!(paired(&solid.brep).side[floor], None);
-    let walls = solid.face(|p| p.x == 20.0 - 1.8);
-    assert_eq!(paired(&solid.brep).side[walls], None);
-    // Without its hole it is a pocket.
-    let blind = spot_faced(false);
-    let floor = blind.face(|p| p.z == 1.2);
-    assert!(paired(&blind.brep).side[floor].is_some());
+fn the_narrow_ring_of_a_spot_face_is_a_groove() {
+    for hole in [true, false] {
+        let solid = spot_faced(hole);
+        let floor = solid.face(|p| p.z == 1.2);
+        assert_eq!(has_mate(&solid, floor), !hole);
+        let sides = only_wall(&solid, floor).unwrap();
+        let wall = solid.face(|p| p.x == 20.0 - 1.8);
+        assert!(sides[0].contains(&wall));
+        assert_eq!(sides.map(|s| s.len()), [6, 1]);
+    }
 }
 
 /// A wall 2 thick and 8 high, bent by a right angle round an outer radius of 8, that carries a lip 1 thick and 2 high along its outside.
