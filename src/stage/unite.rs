@@ -209,3 +209,70 @@ fn drown_islands(
     }
     !longest.is_empty()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::ids::FaceId;
+    use crate::model::walls::FacePair;
+    use crate::stage::test_shapes::Build;
+
+    /// Walls 2 thick: the first lies over x < 10, the second from `from` on.
+    struct Beside {
+        from: f64,
+    }
+
+    impl Placer for Beside {
+        fn place(&self, start: DVec3, _: &[Support]) -> DVec3 {
+            start
+        }
+        fn normal(&self, _: DVec3, _: WallId) -> Option<DVec3> {
+            None
+        }
+        fn thickness(&self, _: DVec3, _: WallId) -> Option<f64> {
+            Some(2.0)
+        }
+        fn beyond(&self, p: DVec3, wall: WallId) -> f64 {
+            let beyond = match wall {
+                WallId(0) => p.x - 10.0,
+                _ => self.from - p.x,
+            };
+            beyond.max(0.0)
+        }
+        fn curvature_radius(&self, _: DVec3, _: WallId) -> f64 {
+            f64::INFINITY
+        }
+    }
+
+    /// Triangles of the second wall that are left of a piece 2 x 4 at the end of a sheet 10 x 4 of the first.
+    fn left(from: f64) -> usize {
+        let mut build = Build::default();
+        build.sheet(0, 10, 4, |u, v| DVec3::new(10.0 * u, 4.0 * v, 0.0));
+        build.sheet(1, 2, 4, |u, v| DVec3::new(10.0 + 2.0 * u, 4.0 * v, 0.0));
+        let mut pairing = Pairing::default();
+        for w in 0..2 {
+            let faces = [FaceId(2 * w), FaceId(2 * w + 1)];
+            pairing.pairs.push(FacePair {
+                faces,
+                overlap: 8.0,
+                thickness: [2.0; 3],
+                wall: WallId(w),
+            });
+            pairing.walls.push(Wall {
+                sides: faces.map(|f| vec![f]),
+                thickness: 2.0,
+                group: w,
+            });
+        }
+        let (complex, _) = unite(build.complex, pairing, &Beside { from });
+        let second = complex.triangles.iter().filter(|t| t.wall == WallId(1));
+        second.count()
+    }
+
+    #[test]
+    fn a_short_wall_stays_and_an_island_of_wrong_labels_goes() {
+        // Two squared thicknesses in either case.
+        assert_eq!(left(10.0), 16);
+        assert_eq!(left(12.0), 0);
+    }
+}
