@@ -28,6 +28,8 @@ const ALIKE: f64 = 1.35;
 const SAME: f64 = 1.1;
 /// A side bends away by less than 60 degrees within reach.
 const FACING_COS: f64 = 0.5;
+/// It bends by three degrees at least: between flat sides the ray along the first look is right.
+const BENT_COS: f64 = 0.998_6;
 /// A nearest point at the border of a face is seen at more than this cosine off its normal: there the side ends.
 const PLUMB_COS: f64 = 0.97;
 
@@ -56,15 +58,16 @@ pub(super) struct Boundary<'a> {
 }
 
 impl Boundary<'_> {
-    /// Sum of the distances from `at` to the side that faces `inward` and the side that faces against it, each met at right angles;
-    /// infinite where there is none.
+    /// Sum of the distances from `at` to the side that faces `inward` and the side that faces against it, each met at right angles and bent;
+    /// infinite where one is none of that.
     fn distances(&self, at: DVec3, inward: DVec3, reach: f64) -> f64 {
         let distance = |n: DVec3| {
             self.bvh
                 .nearest_where(at, reach, |i| self.flat[i].dot(n) > FACING_COS)
                 .filter(|near| {
                     let normal = (self.outward)(near.index, near.point);
-                    (near.point - at).dot(normal) > PLUMB_COS * near.distance
+                    let plumb = (near.point - at).dot(normal) > PLUMB_COS * near.distance;
+                    plumb && normal.dot(n) < BENT_COS
                 })
                 .map_or(f64::INFINITY, |near| near.distance)
         };
