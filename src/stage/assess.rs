@@ -129,7 +129,9 @@ fn astray(brep: &Brep, complex: &MidComplex) -> f64 {
             let p = (*a + *b + *c) / 3.0;
             let off = match (bvh.first_hit(p, n), bvh.first_hit(p, -n)) {
                 (Some((_, d)), Some((_, e))) => {
-                    if special.nearest_within(p, AWAY * (d + e)).is_some() {
+                    // Of the wall that the sheet stands for: under a lump or a rib the ray on that side is longer.
+                    let thickness = 2.0 * d.min(e);
+                    if special.nearest_within(p, AWAY * thickness).is_some() {
                         return (0.0, false);
                     }
                     // On the slope over a step the rays miss the nearest points: there the distances proper are asked.

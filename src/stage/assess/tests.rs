@@ -2,7 +2,7 @@ use super::*;
 use crate::stage::pair::sight;
 use crate::stage::test_shapes::{Build, sheet};
 use crate::test_parts::stages::stages;
-use crate::test_parts::voxels::{plate, tee, thin_parts};
+use crate::test_parts::voxels::{plate, plate_with_block, tee, thin_parts};
 
 /// The rectangle over x up to `length` of the plate 40 x 24 x 2, at height z.
 fn level(length: f64, z: f64) -> MidComplex {
@@ -63,6 +63,19 @@ fn junctions_are_left_out_of_straying_and_a_missing_rib_shows() {
     // Sides seen: twice 24 - 2 wide of the plate's, twice 12 of the rib's.
     let wanted = 44.0 / (44.0 + 24.0);
     assert!((ribless.cover - wanted).abs() < 0.02, "{}", ribless.cover);
+}
+
+#[test]
+fn a_plate_that_runs_on_under_a_lump_strays_there() {
+    let solid = plate_with_block();
+    let (sightings, mut build) = (sight(&solid.brep), Build::default());
+    build.sheet(0, 60, 40, |u, v| DVec3::new(60.0 * u, 40.0 * v, 1.0));
+    // A crease 10 beside the border of the block: nearer than one and a half times its height, but far from the plate's thickness.
+    build.sheet(1, 4, 40, |u, v| DVec3::new(14.0, 40.0 * v, 1.0 + u));
+    let found = assess(&solid.brep, &sightings, &build.complex);
+    // The block stands on 12 x 12 of 60 x 40, less what lies within 3 of the crease.
+    let wanted = 144.0 / (2400.0 - 6.0 * 40.0);
+    assert!((found.astray - wanted).abs() < 0.01, "{found:?}");
 }
 
 #[test]

@@ -2,7 +2,8 @@
 //!
 //! The width of a whole face says little about the region in which it faces another: a strip of overlap along the border of a large face may be
 //! narrower than the distance across it, and a broad wall may be made of narrow faces. So from the mid-point of a look steps are made sideways,
-//! in eight directions, and at each step both sides are looked for again: the wall goes on where they are about as far apart as here.
+//! in eight directions, and at each step both sides are looked for again: the wall goes on where they are about as far apart as here,
+//! along the first look or, round a bore narrower than the wall, by their nearest points.
 //!
 //! Limit: the eight directions miss the narrowest one by up to 22.5 degrees, so that widths are up to 8 % too great.
 //! Cost: at most eight times [`STEPS`] steps of two rays a look and the halvings of the last, fewer where the wall soon ends.
@@ -22,6 +23,16 @@ const REACH: f64 = 1.0;
 /// over such a reach.
 const ALIKE: f64 = 1.35;
 
+/// Between two sides that bend together the sum of the distances stays; it may change by this factor, the sagitta of six facets round a bore. Between
+/// a bore and a flat face it changes more before the bore is as wide as the wall is thick.
+const SAME: f64 = 1.1;
+/// A side bends away by less than 60 degrees within reach.
+const FACING_COS: f64 = 0.5;
+/// It bends by three degrees at least: between flat sides the ray along the first look is right.
+const BENT_COS: f64 = 0.998_6;
+/// A nearest point at the border of a face is seen at more than this cosine off its normal: there the side ends.
+const PLUMB_COS: f64 = 0.97;
+
 /// A wall of one thickness is measured the same everywhere up to this share.
 const ROUNDING: f64 = 1e-6;
 
@@ -36,8 +47,36 @@ enum End {
     Other,
 }
 
+/// What lies round a wall.
+pub(super) struct Boundary<'a> {
+    /// Facets of the boundary.
+    pub bvh: &'a TriangleBvh,
+    /// Their outward unit normals.
+    pub flat: &'a [DVec3],
+    /// Outward unit normal of the curved facet at a point of it.
+    pub outward: &'a (dyn Fn(usize, DVec3) -> DVec3 + Sync),
+}
+
+impl Boundary<'_> {
+    /// Sum of the distances from `at` to the side that faces `inward` and the side that faces against it, each met at right angles and bent;
+    /// infinite where one is none of that.
+    fn distances(&self, at: DVec3, inward: DVec3, reach: f64) -> f64 {
+        let distance = |n: DVec3| {
+            self.bvh
+                .nearest_where(at, reach, |i| self.flat[i].dot(n) > FACING_COS)
+                .filter(|near| {
+                    let normal = (self.outward)(near.index, near.point);
+                    let plumb = (near.point - at).dot(normal) > PLUMB_COS * near.distance;
+                    plumb && normal.dot(n) < BENT_COS
+                })
+                .map_or(f64::INFINITY, |near| near.distance)
+        };
+        distance(inward) + distance(-inward)
+    }
+}
+
 /// Widths of the wall round the point at a depth of half of `across` below `point`.
-pub(super) fn extent(bvh: &TriangleBvh, point: DVec3, inward: DVec3, across: f64) -> Extent {
+pub(super) fn extent(boundary: &Boundary<'_>, point: DVec3, inward: DVec3, across: f64) -> Extent {
     let middle = point + inward * (across / 2.0);
     let (u, v) = inward.any_orthonormal_pair();
     let mut found = Extent {
@@ -47,8 +86,8 @@ pub(super) fn extent(bvh: &TriangleBvh, point: DVec3, inward: DVec3, across: f64
     for k in 0..4 {
         let (sin, cos) = (f64::from(k) * FRAC_PI_4).sin_cos();
         let direction = u * cos + v * sin;
-        let (a, end_a) = reach(bvh, middle, inward, direction, across);
-        let (b, end_b) = reach(bvh, middle, inward, -direction, across);
+        let (a, end_a) = reach(boundary, middle, inward, direction, across);
+        let (b, end_b) = reach(boundary, middle, inward, -direction, across);
         let width = a + b;
         found.most = found.most.max(width);
         let bound = match (end_a, end_b) {
@@ -64,12 +103,13 @@ pub(super) fn extent(bvh: &TriangleBvh, point: DVec3, inward: DVec3, across: f64
 /// How far the wall goes on in one direction, in thicknesses, and how it ends. It goes on beneath a rib that is thinner than the reach, and
 /// where it only gets thinner up to its end, as a ridge with a roof does, it goes on up to there.
 fn reach(
-    bvh: &TriangleBvh,
+    boundary: &Boundary<'_>,
     middle: DVec3,
     inward: DVec3,
     direction: DVec3,
     across: f64,
 ) -> (f64, End) {
+    let bvh = boundary.bvh;
     let free = bvh
         .first_hit(middle, direction)
         .map_or(f64::INFINITY, |(_, d)| d / across);
@@ -80,7 +120,13 @@ fn reach(
             .map(|d| bvh.first_hit(at, d).map_or(f64::INFINITY, |(_, t)| t))
             .sum::<f64>()
     };
-    let goes_on = |next: f64| (across / ALIKE..across * ALIKE).contains(&thickness(next));
+    // Round a thick tube the ray leaves the bore beside it long before the wall ends: there the distances to both sides tell.
+    let bends_on = |next: f64| {
+        let at = middle + direction * (next * across);
+        (across / SAME..across * SAME).contains(&boundary.distances(at, inward, across))
+    };
+    let goes_on =
+        |next: f64| (across / ALIKE..across * ALIKE).contains(&thickness(next)) || bends_on(next);
     let step = REACH / f64::from(STEPS);
     let (mut reached, mut broken) = (0.0, false);
     let (mut before, mut tapers) = (across, true);
@@ -93,7 +139,7 @@ fn reach(
             return (free, End::Free);
         }
         let here = thickness(next);
-        broken = !(across / ALIKE..across * ALIKE).contains(&here);
+        broken = !(across / ALIKE..across * ALIKE).contains(&here) && !bends_on(next);
         tapers &= here < before * (1.0 + ROUNDING);
         before = here;
         if !broken {

@@ -211,15 +211,20 @@ fn leads_away(aag: &Aag, is_side: impl Fn(FaceId) -> bool, f: FaceId, across: f6
     })
 }
 
+/// Normals of a flat face differ by rounding and by what the reader allows its mid-side nodes; those of a blend differ by tenths from look to look.
+const FLAT_RAD: f64 = 1e-4;
+
 /// Whether a face is hollow: its normals come together. Sightings are in order of the faces.
 fn is_hollow(sightings: &[Sighting], f: FaceId) -> bool {
     let first = sightings.partition_point(|s| s.from < f);
     let own = &sightings[first..first + sightings[first..].partition_point(|s| s.from == f)];
-    let opening: f64 = own
-        .windows(2)
-        .map(|w| (w[0].point - w[1].point).dot(w[1].inward - w[0].inward))
-        .sum();
-    opening < 0.0
+    let (mut opening, mut passed) = (0.0, 0.0);
+    for w in own.windows(2) {
+        let step = w[0].point - w[1].point;
+        opening += step.dot(w[1].inward - w[0].inward);
+        passed += step.length();
+    }
+    opening < -FLAT_RAD * passed
 }
 
 /// Mean width of a face.

@@ -3,7 +3,7 @@
 //! Rays go inwards along the normal of the six-node facets from sample points spread over every face in proportion to its area, so
 //! that small faces are seen as well as large ones. Cost: one ray a sample and those of `extent`, in parallel.
 
-use super::extent::extent;
+use super::extent::{Boundary, extent};
 use crate::geom::six_node;
 use crate::model::brep::Brep;
 use crate::model::ids::{FaceId, FacetId};
@@ -26,6 +26,19 @@ pub fn sight(brep: &Brep) -> Vec<Sighting> {
     let triangles: Vec<[DVec3; 3]> = brep.facets.ids().map(|f| brep.corners(f)).collect();
     let bvh = TriangleBvh::new(&triangles);
     let start = START * brep.diagonal();
+    let outward = |i: usize, at: DVec3| {
+        let (u, v) = barycentric(&triangles[i], at);
+        six_node::normal(&triangles[i], &brep.facets[FacetId(i as u32)].mids, u, v)
+    };
+    let flat: Vec<DVec3> = triangles
+        .iter()
+        .map(|[a, b, c]| (*b - *a).cross(*c - *a).normalize_or_zero())
+        .collect();
+    let boundary = Boundary {
+        bvh: &bvh,
+        flat: &flat,
+        outward: &outward,
+    };
     samples(brep)
         .into_par_iter()
         .map(|(facet, u, v, area)| {
@@ -44,7 +57,7 @@ pub fn sight(brep: &Brep) -> Vec<Sighting> {
                             .then_some((brep.facets[seen].face, distance + start))
                     });
             let extent = across.map_or_else(Extent::default, |(_, distance)| {
-                extent(&bvh, point, -normal, distance)
+                extent(&boundary, point, -normal, distance)
             });
             Sighting {
                 from: brep.facets[facet].face,

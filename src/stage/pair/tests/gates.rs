@@ -104,6 +104,16 @@ fn a_tube_is_one_pair_of_its_skins() {
 }
 
 #[test]
+fn a_tube_thicker_than_its_bore_is_a_wall() {
+    for (outer, inner) in [(3.5, 0.8), (5.0, 2.0), (10.0, 9.0)] {
+        for height in [10.0, 40.0] {
+            let found = paired(&tube_brep(outer, inner, height, 24));
+            assert!(faces(&found).contains(&[0, 1]), "{outer} {inner} {height}");
+        }
+    }
+}
+
+#[test]
 fn numbers_of_faces_do_not_matter() {
     let solid = wedge(0.1);
     for seed in 0..4 {
@@ -267,6 +277,7 @@ fn the_blend_at_the_foot_of_a_rib_is_no_side_of_the_plate() {
     // 5 wide is 2.4 thicknesses of 2.08.
     assert_eq!(try_with(2.2, -0.5, &[]), with_blend, "it is not hollow");
     assert_eq!(try_with(2.2, 0.5, &[]), both);
+    assert_eq!(try_with(2.2, 1e-9, &[]), with_blend, "it is flat");
     assert_eq!(try_with(2.0, 0.5, &[]), with_blend, "it is broad");
     let corner = [(1, 3, std::f64::consts::FRAC_PI_2)];
     assert_eq!(try_with(2.2, 0.5, &corner), with_blend, "it is a bend");
