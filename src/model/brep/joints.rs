@@ -156,7 +156,7 @@ mod tests {
     fn a_hole_that_its_facets_pinch_is_still_a_hole() {
         // The same boxes inside out are two hollows that touch: the material goes round the touching edge, and its wall is one surface pinched along it.
         let mut two = boxes(&[[[0, 0, 0], [1, 1, 1]], [[1, 1, 0], [2, 2, 1]]]);
-        for f in &mut two.facets {
+        for f in two.facets.as_mut_slice() {
             f.corners.swap(1, 2);
         }
         // Two spheres glued along an edge: the joint runs through it, as one sphere's.
