@@ -1,7 +1,11 @@
 //! The boundary of one solid, as the importer hands it on.
 
+mod joints;
+
+use super::disjoint::Disjoint;
 use super::ids::{CurveId, FaceId, FacetId, Id, IndexVec, VertexId};
 use glam::DVec3;
+use joints::joints;
 
 /// A boundary triangle. Corners run counter-clockwise seen from outside the material.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -111,19 +115,18 @@ impl Brep {
         faults
     }
 
-    /// Euler characteristic of the boundary's facets, V - E + F: vertices that a facet uses, sides counted once each.
+    /// Euler characteristic of the boundary's facets, V - E + F, where the boundary touches itself along a side or at a vertex taken as if it did
+    /// not: a side of four facets counts as two, a vertex of two fans as two. A coarse tessellation of a narrow hole has such sides, the hole none.
     pub fn euler(&self) -> i64 {
-        let mut vertices: Vec<VertexId> = self.facets.iter().flat_map(|f| f.corners).collect();
-        vertices.sort_unstable();
-        vertices.dedup();
-        let sides = self.facets.iter().flat_map(|f| {
-            let [a, b, c] = f.corners;
-            [[a, b], [b, c], [c, a]].map(|[p, q]| [p.min(q), p.max(q)])
-        });
-        let mut sides: Vec<[VertexId; 2]> = sides.collect();
-        sides.sort_unstable();
-        sides.dedup();
-        vertices.len() as i64 - sides.len() as i64 + self.facets.len() as i64
+        let mut fans = Disjoint::new(3 * self.facets.len());
+        let mut sides = 3 * self.facets.len() as i64;
+        for [one, other] in joints(self) {
+            sides -= 1;
+            // Sides of two facets run opposite ways.
+            fans.join(one.start(), other.end());
+            fans.join(one.end(), other.start());
+        }
+        fans.sets() as i64 - sides + self.facets.len() as i64
     }
 
     /// Volume enclosed by the flat facets, mm³.

@@ -111,8 +111,10 @@ pub(super) fn pairs(aag: &Aag, sightings: &[Sighting], options: &PairOptions) ->
         }
     }
     let is_wall = |f: FaceId| {
-        cover[f] > options.least_cover * aag.area[f]
-            || cover[f] > options.large_patch * thin[f] * thin[f]
+        let round = round(aag, f);
+        let seen: f64 = round.iter().map(|&h| cover[h]).sum();
+        let area: f64 = round.iter().map(|&h| aag.area[h]).sum();
+        seen > options.least_cover * area || seen > options.large_patch * thin[f] * thin[f]
     };
     accepted.retain(|v| is_wall(v.from) && is_wall(v.to));
 
@@ -146,6 +148,24 @@ fn mates(accepted: &[&View], faces: usize, wanted: impl Fn(FaceId) -> bool) -> M
 
 fn beside(aag: &Aag, f: FaceId, g: FaceId) -> bool {
     aag.arcs_of(f).any(|a| Aag::across(a, f) == g)
+}
+
+/// A face and those that are one round with it: the wall of a hole is often two halves that meet smoothly along two seams. Where it comes near the part's rim a
+/// half sees that from a third of itself, as the side of a wall may; the round does not.
+fn round(aag: &Aag, f: FaceId) -> Vec<FaceId> {
+    let mut smooth: Vec<FaceId> = aag
+        .arcs_of(f)
+        .filter(|a| a.convexity == Convexity::Smooth)
+        .map(|a| Aag::across(a, f))
+        .collect();
+    smooth.sort_unstable();
+    let mut round: Vec<FaceId> = smooth
+        .chunk_by(|a, b| a == b)
+        .filter(|run| run.len() > 1)
+        .map(|run| run[0])
+        .collect();
+    round.push(f);
+    round
 }
 
 /// Neighbours that a face goes on with smoothly or nearly so.

@@ -236,6 +236,23 @@ fn every_gate_shuts() {
 }
 
 #[test]
+fn the_halves_of_a_hole_are_judged_as_one_round() {
+    // 0 sees a third of the rim 2. One smooth seam to 1 makes a bend, two make a round, of which it is a sixth.
+    let seen = |arcs: &[(u32, u32, f64)], t: f64, of_other: f64| {
+        let mut looks = [look(0, 2, t, 33.0), look(2, 0, t, 33.0)].concat();
+        looks.extend(look(1, 2, t, of_other));
+        looks.extend(look(2, 1, t, of_other));
+        gated(&squares(3, arcs), &looks).contains(&[0, 2])
+    };
+    let (bend, round) = ([(0, 1, 0.0)], [(0, 1, 0.0), (0, 1, 0.0)]);
+    assert!(seen(&bend, 2.0, 0.1));
+    assert!(!seen(&round, 2.0, 0.1));
+    // The other half sees as much: a wall round the hole. Or the patch is large whatever its share.
+    assert!(seen(&round, 2.0, 33.0));
+    assert!(seen(&round, 1.9, 0.1));
+}
+
+#[test]
 fn a_face_that_goes_on_with_a_paired_one_gets_a_second_chance() {
     // 0-1 are a pair, 2 goes on with 0 and sees 3, which goes on with 1, but is too narrow for the first gate.
     let try_with = |turn: f64, distance: f64, area: f64| {
