@@ -6,7 +6,6 @@
 //! Guarantee: the homotopy type stays (link condition). A spur whose contraction would change it stays.
 
 use super::contract::keeps_homotopy;
-use super::dust::cuts_off;
 use super::surface::Surface;
 use crate::model::ids::NodeId;
 
@@ -20,7 +19,7 @@ pub(super) fn trim_spurs(surface: &mut Surface) {
         let &[base] = surface.feature_neighbours(end).as_slice() else {
             continue;
         };
-        if keeps_homotopy(surface, end, base) && !cuts_off(surface, end, base) {
+        if keeps_homotopy(surface, end, base) {
             surface.contract(end, base);
             open.push(base);
         }

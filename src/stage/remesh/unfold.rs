@@ -455,7 +455,6 @@ fn judge(triangles: &[MidTriangle], at: &dyn Fn(NodeId) -> DVec3) -> Vec<bool> {
 mod tests {
     use super::*;
     use crate::geom::orient::folded;
-    use crate::model::complex::{MidNode, Support};
     use crate::model::ids::WallId;
     use crate::stage::test_shapes::{Stay, sheet};
 
@@ -524,57 +523,5 @@ mod tests {
             assert_eq!(mended.nodes[n].point, DVec3::new(x, y, 0.0));
         }
         assert_eq!(mended.triangles.as_slice()[0].wall, WallId(0));
-    }
-
-    /// The plate with a fin (wall 2) over `count` edges of the line y = 3, from x = `from` on.
-    fn finned(from: usize, count: usize) -> MidComplex {
-        let mut complex = plate();
-        let bend: Vec<NodeId> = (from..=from + count)
-            .map(|i| at(&complex, i as f64, 3.0))
-            .collect();
-        let tip = complex.nodes.push(MidNode {
-            point: DVec3::new(3.0, 3.0, 3.0),
-            supports: Default::default(),
-        });
-        for w in bend.windows(2) {
-            complex.triangles.push(MidTriangle {
-                nodes: [w[0], w[1], tip],
-                wall: WallId(2),
-            });
-        }
-        complex
-    }
-
-    #[test]
-    fn ends_of_a_junction_merge_only_inside_one_block_of_material() {
-        // The fin's foot is one edge, both ends of it fork: no other rule lets it go.
-        let complex = finned(2, 1);
-        let (a, b) = (at(&complex, 2.0, 3.0), at(&complex, 3.0, 3.0));
-        let surface = Surface::new(complex);
-        let fin = surface.around(a, b)[2];
-        let ends = |steps: Vec<Step>| {
-            let joins = |s: &Step| matches!(s, Step::Contract { gone, kept } if [*gone, *kept] == [a, b] || [*gone, *kept] == [b, a]);
-            steps.iter().filter(|s| joins(s)).count()
-        };
-        assert_eq!(ends(mergers(&surface, fin, &Thick(1.5))), 2);
-        assert_eq!(ends(mergers(&surface, fin, &Thick(0.9))), 0);
-    }
-
-    /// Leaves points where they are; all walls have this thickness.
-    struct Thick(f64);
-
-    impl Placer for Thick {
-        fn place(&self, p: DVec3, _: &[Support]) -> DVec3 {
-            p
-        }
-        fn normal(&self, _: DVec3, _: WallId) -> Option<DVec3> {
-            None
-        }
-        fn thickness(&self, _: DVec3, _: WallId) -> Option<f64> {
-            Some(self.0)
-        }
-        fn curvature_radius(&self, _: DVec3, _: WallId) -> f64 {
-            f64::INFINITY
-        }
     }
 }
