@@ -7,6 +7,7 @@
 //! Exception: where the link condition forbids a step the strip stays.
 
 use super::contract::{keeps_homotopy, merge};
+use super::dust::cuts_off;
 use super::forks::merge_forks;
 use super::spurs::trim_spurs;
 use super::surface::{Surface, key};
@@ -175,7 +176,7 @@ fn next(surface: &Surface, strip: &[TriangleId]) -> Option<(NodeId, NodeId)> {
     candidates.dedup();
     candidates
         .into_iter()
-        .find(|c| keeps_homotopy(surface, c.3, c.2))
+        .find(|c| keeps_homotopy(surface, c.3, c.2) && !cuts_off(surface, c.3, c.2))
         .map(|c| (c.2, c.3))
 }
 

@@ -5,11 +5,12 @@
 //!
 //! Guarantees: homotopy type and feature curves stay (contraction under the link condition, along curves only where these are straight); ends and forks of curves and
 //! corners of rims stay; moved nodes are put onto their supports; nowhere do folds become more, nor needles of folded triangles.
+//! Exceptions, where nothing else mends a fold: a needle may be left, and forks nearer to each other than the walls are thick become one.
 //! Limits: folds over which the curves themselves cross stay. Cost: linear in the number of folded triangles, some thousand operations each.
 
 use super::contract::keeps_homotopy;
 use super::dust::cuts_off;
-use super::flat::hinges;
+use super::flat::{hinges, remove_flat};
 use super::shape::{area_vector, distance_to_segment, quality};
 use super::surface::Surface;
 use crate::geom::orient::orient;
@@ -26,8 +27,8 @@ const RINGS: usize = 4;
 const FLAT: f64 = 1e-6;
 /// A step leaves no triangle worse than this (a needle of 1 : 40), unless there was a worse one.
 const LEAST_QUALITY: f64 = 0.05;
-/// Where a step leaves as many folds, these must become smaller by this share.
-const GAIN: f64 = 0.9;
+/// Where a step leaves as many folds, these must become smaller by this share of the triangle to be mended.
+const GAIN: f64 = 0.1;
 /// A curve node may go where the curve then passes it by within this share of the new edge: half the sag of a circle of ten edges.
 const STRAIGHT: f64 = 0.1;
 /// Nor does it show where the curve passes it by within this share of the thickness.
@@ -40,6 +41,8 @@ pub fn unfold(mut complex: MidComplex, placer: &dyn Placer) -> MidComplex {
     orient(&mut complex, placer);
     let mut surface = Surface::new(complex);
     for _ in 0..PASSES {
+        // A fold that was pressed flat has become a cap.
+        remove_flat(&mut surface, placer);
         let all: Vec<TriangleId> = surface.live_triangles().collect();
         let bad = Part::new(&surface, all.clone(), all.len()).bad(&surface);
         let mut mended = false;
@@ -79,16 +82,26 @@ fn mend(surface: &mut Surface, t: TriangleId, placer: &dyn Placer) -> bool {
     if before.folds == 0 {
         return false;
     }
-    let best = steps(surface, t, placer)
-        .into_iter()
-        .map(|step| (part.after(surface, &step), step))
-        .filter(|(after, _)| {
-            let fewer = after.folds < before.folds
-                || after.folds == before.folds && after.area < GAIN * before.area;
-            fewer && after.least >= LEAST_QUALITY.min(before.least)
+    let own = area_vector(surface.corners(t)).length();
+    let rated = |steps: Vec<Step>| -> Vec<(Score, Step)> {
+        let rate = |step: Step| (part.after(surface, &step), step);
+        steps.into_iter().map(rate).collect()
+    };
+    let mut all = rated(steps(surface, t, placer));
+    let gentle = best(&all, &|after| {
+        let fewer = after.folds < before.folds
+            || after.folds == before.folds && after.area < before.area - GAIN * own;
+        fewer && after.least >= LEAST_QUALITY.min(before.least)
+    });
+    let best = gentle.or_else(|| {
+        // A solver stops on a fold, not on a needle; what is pressed flat is taken away by the next pass.
+        all.extend(rated(mergers(surface, t, placer)));
+        best(&all, &|after| {
+            after.folds < before.folds
+                || after.folds == before.folds && after.area <= before.area - (1.0 - FLAT) * own
         })
-        .min_by(|(x, _), (y, _)| (x.folds.cmp(&y.folds)).then(y.least.total_cmp(&x.least)));
-    let Some((_, step)) = best else {
+    });
+    let Some(step) = best else {
         let goes =
             part.score_without(surface, t).folds < before.folds && is_flap(surface, t, placer);
         if goes {
@@ -106,6 +119,44 @@ fn mend(surface: &mut Surface, t: TriangleId, placer: &dyn Placer) -> bool {
         Step::Contract { gone, kept } => surface.contract(gone, kept),
     }
     true
+}
+
+/// Of the steps with an outcome that will do, the one that leaves the fewest folds and, of these, the best shapes.
+fn best(rated: &[(Score, Step)], will_do: &dyn Fn(&Score) -> bool) -> Option<Step> {
+    rated
+        .iter()
+        .filter(|(after, _)| will_do(after))
+        .min_by(|(x, _), (y, _)| (x.folds.cmp(&y.folds)).then(y.least.total_cmp(&x.least)))
+        .map(|(_, step)| step.clone())
+}
+
+/// Contractions of the triangle's edges that make one of two forks or curves inside one block of material: nearer to each other than the walls there are thick.
+fn mergers(surface: &Surface, t: TriangleId, placer: &dyn Placer) -> Vec<Step> {
+    let nodes = surface.triangle(t).nodes;
+    let mut steps = Vec::new();
+    for k in 0..3 {
+        let (a, b) = (nodes[k], nodes[(k + 1) % 3]);
+        let walls = surface.around(a, b);
+        let thickness = |t: &TriangleId| {
+            let wall = surface.triangle(*t).wall;
+            placer.thickness(surface.points[a], wall)
+        };
+        let near = (walls.iter().map(thickness))
+            .all(|d| d.is_some_and(|d| surface.length(a, b) < d.abs()));
+        for (gone, kept) in [(a, b), (b, a)] {
+            let on_curves = !surface.feature_neighbours(kept).is_empty();
+            let rim_corner = faces(&surface.supports[gone]).count() > 1;
+            if near
+                && on_curves
+                && !rim_corner
+                && keeps_homotopy(surface, gone, kept)
+                && !cuts_off(surface, gone, kept)
+            {
+                steps.push(Step::Contract { gone, kept });
+            }
+        }
+    }
+    steps
 }
 
 /// The steps that could mend a triangle and are allowed.
