@@ -10,6 +10,8 @@ use crate::spatial::TriangleBvh;
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
+/// A facet whose normals differ by less than this cosine is flat.
+const FLAT_COS: f64 = 1.0 - 1e-9;
 /// Sag of the flat triangles over the mean thickness: a mid-point off by this much still has its walls on the right sides.
 const SAG: f64 = 0.02;
 /// Each halving quarters the sag; after six a facet has been cut 4096-fold, and what sags still is no wall but a broken facet.
@@ -51,6 +53,8 @@ pub(super) struct Skin {
 pub(super) struct SkinHit {
     pub face: u32,
     pub t: f64,
+    /// Distance to the plane of the facet there, if it is flat.
+    pub plumb: Option<f64>,
     /// Outward unit normal of the curved facet there.
     pub normal: DVec3,
 }
@@ -164,9 +168,15 @@ impl Skin {
     pub fn hit(&self, origin: DVec3, direction: DVec3, least: f64) -> Option<SkinHit> {
         let (i, hit) = self.bvh.first_hit_beyond(origin, direction, least)?;
         let (_, face, _, normal) = self.above(i, hit.weights);
+        let facet = &self.facets[self.pieces[i].facet as usize];
+        let corners = [DVec2::ZERO, DVec2::X, DVec2::Y];
+        let is_flat = corners
+            .iter()
+            .all(|w| facet.normal(*w).dot(normal) > FLAT_COS);
         Some(SkinHit {
             face,
             t: hit.t,
+            plumb: is_flat.then(|| hit.t * normal.dot(direction).abs()),
             normal,
         })
     }
@@ -176,6 +186,13 @@ impl Skin {
         let near = self.bvh.nearest_within(p, reach)?;
         let w = flat_parameters(self.flat[near.index], near.point);
         Some((near.index, [1.0 - w.x - w.y, w.x, w.y]))
+    }
+
+    /// Distance from a place to what a ray from there has met: to the face, or to its plane where it is flat. On the slope over a step the sheet stands for the level
+    /// that lies across, also where that ends before the foot of the plumb line.
+    pub fn across(&self, p: DVec3, hit: &SkinHit) -> f64 {
+        let near = self.distance(p, hit.face, hit.t);
+        hit.plumb.map_or(near, |plumb| near.min(plumb))
     }
 
     /// Distance from `p` to the curved facets of a face; `at_most`, which a ray found, where none is nearer.

@@ -249,7 +249,7 @@ impl<'a> Measure<'a> {
         let thickness = flat.thickness[i];
         let distance = |direction: DVec3| {
             let hit = skin.hit(p, direction, 0.0)?;
-            Some(skin.distance(p, hit.face, hit.t))
+            Some(skin.across(p, &hit))
         };
         let normal = flat.normals[i];
         let errors = match (distance(normal), distance(-normal)) {
