@@ -126,7 +126,7 @@ fn reach(
         (across / SAME..across * SAME).contains(&boundary.distances(at, inward, across))
     };
     let goes_on =
-        |next: f64| (across / ALIKE..across * ALIKE).contains(&thickness(next)) || bends_on(next);
+        |here: f64, next: f64| (across / ALIKE..across * ALIKE).contains(&here) || bends_on(next);
     let step = REACH / f64::from(STEPS);
     let (mut reached, mut broken) = (0.0, false);
     let (mut before, mut tapers) = (across, true);
@@ -139,7 +139,7 @@ fn reach(
             return (free, End::Free);
         }
         let here = thickness(next);
-        broken = !(across / ALIKE..across * ALIKE).contains(&here) && !bends_on(next);
+        broken = !goes_on(here, next);
         tapers &= here < before * (1.0 + ROUNDING);
         before = here;
         if !broken {
@@ -150,7 +150,7 @@ fn reach(
         // Somewhere in the step after the last good one; never more than there is, so that a ridge as high as thick is none too wide.
         let mut half = step / 2.0;
         for _ in 0..HALVINGS {
-            if goes_on(reached + half) {
+            if goes_on(thickness(reached + half), reached + half) {
                 reached += half;
             }
             half /= 2.0;

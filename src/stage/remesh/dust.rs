@@ -34,10 +34,7 @@ pub(super) fn merge_coincident(surface: &mut Surface, placer: &dyn Placer) {
             } else {
                 (a, b)
             };
-            if is_dust(surface, gone, kept, placer)
-                && keeps_homotopy(surface, gone, kept)
-                && !cuts_off(surface, gone, kept)
-            {
+            if is_dust(surface, gone, kept, placer) && keeps_together(surface, gone, kept) {
                 merge(surface, gone, kept, placer);
                 merged = true;
             }
@@ -62,8 +59,13 @@ fn is_dust(surface: &Surface, a: NodeId, b: NodeId, placer: &dyn Placer) -> bool
     })
 }
 
+/// Whether the two nodes may become one: the homotopy type stays, and sheets hang together by edges as before.
+pub(super) fn keeps_together(surface: &Surface, gone: NodeId, kept: NodeId) -> bool {
+    keeps_homotopy(surface, gone, kept) && !cuts_off(surface, gone, kept)
+}
+
 /// Whether the triangles round the node that the two become would no longer hang together by edges.
-pub(super) fn cuts_off(surface: &Surface, gone: NodeId, kept: NodeId) -> bool {
+fn cuts_off(surface: &Surface, gone: NodeId, kept: NodeId) -> bool {
     let mut outer = surface.neighbours(gone);
     outer.extend(surface.neighbours(kept));
     outer.retain(|n| *n != gone && *n != kept);

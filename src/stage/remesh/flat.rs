@@ -8,7 +8,7 @@
 //! Guarantees: the homotopy type stays (link condition), so does the number of pieces; no node moves, and no side by more than the threshold.
 //! Exceptions: where the link condition forbids a step the triangle stays. Cost: near-linear in the triangles that go.
 
-use super::dust::{ONE_PLACE, cuts_off, join_supports, merge_coincident};
+use super::dust::{ONE_PLACE, join_supports, keeps_together, merge_coincident};
 use super::shape::area_vector;
 use super::surface::{Class, Surface, key};
 use crate::geom::placer::Placer;
@@ -112,8 +112,7 @@ fn take(surface: &mut Surface, cap: &Cap, placer: &dyn Placer) -> Option<Vec<Tri
             // A node that the two triangles and one more go all round is not needed.
             if surface.star(n).len() == 3
                 && surface.neighbours(n).len() == 3
-                && super::contract::keeps_homotopy(surface, n, c)
-                && !cuts_off(surface, n, c)
+                && keeps_together(surface, n, c)
             {
                 surface.contract(n, c);
                 return Some(surface.star(c).to_vec());

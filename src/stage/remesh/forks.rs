@@ -5,8 +5,8 @@
 //!
 //! Guarantee: the homotopy type stays (link condition). The graph of curves is meant to change.
 
-use super::contract::{keeps_homotopy, merge};
-use super::dust::cuts_off;
+use super::contract::merge;
+use super::dust::keeps_together;
 use super::surface::{Surface, key};
 use crate::geom::placer::Placer;
 use crate::model::complex::faces;
@@ -26,7 +26,7 @@ pub(super) fn merge_forks(
         let mut merged = false;
         for (_, gone, kept) in short(surface, thickness) {
             // An earlier merger may have taken either end along, or moved it.
-            if is_short(surface, gone, kept, thickness) && may_go(surface, gone, kept) {
+            if is_short(surface, gone, kept, thickness) && keeps_together(surface, gone, kept) {
                 merge(surface, gone, kept, placer);
                 merged = true;
             }
@@ -53,16 +53,11 @@ fn draw_together(surface: &mut Surface, thickness: &dyn Fn(WallId) -> f64) {
                     && surface.around(n, kept).is_empty()
                     && is_short(surface, between, n, thickness)
             });
-            if parts && may_go(surface, between, kept) {
+            if parts && keeps_together(surface, between, kept) {
                 surface.contract(between, kept);
             }
         }
     }
-}
-
-/// Whether the homotopy type stays, and no sheet is cut off.
-fn may_go(surface: &Surface, gone: NodeId, kept: NodeId) -> bool {
-    keeps_homotopy(surface, gone, kept) && !cuts_off(surface, gone, kept)
 }
 
 /// Nodes where more than two feature edges meet, sorted.

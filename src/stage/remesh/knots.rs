@@ -4,8 +4,7 @@
 //!
 //! Guarantee: homotopy type and feature curves stay (the link condition of `contract`, features judged as they are now), and sheets hang together by edges as before.
 
-use super::contract::keeps_homotopy;
-use super::dust::cuts_off;
+use super::dust::keeps_together;
 use super::surface::{Surface, key};
 use crate::geom::orient::{folded, turned};
 use crate::geom::placer::Placer;
@@ -91,5 +90,5 @@ fn may_go(surface: &Surface, fixed: &IndexVec<NodeId, bool>, gone: NodeId, kept:
                 .feature_neighbours(kept)
                 .iter()
                 .any(|n| near.contains(n));
-    strata && keeps_homotopy(surface, gone, kept) && !cuts_off(surface, gone, kept)
+    strata && keeps_together(surface, gone, kept)
 }

@@ -6,8 +6,8 @@
 //! Guarantee: the homotopy type stays (link condition without strata: Dey, Edelsbrunner, Guha, Nekhayev 1999). The graph of features is meant to change.
 //! Exception: where the link condition forbids a step the strip stays.
 
-use super::contract::{keeps_homotopy, merge};
-use super::dust::cuts_off;
+use super::contract::merge;
+use super::dust::keeps_together;
 use super::forks::merge_forks;
 use super::spurs::trim_spurs;
 use super::surface::{Surface, key};
@@ -176,7 +176,7 @@ fn next(surface: &Surface, strip: &[TriangleId]) -> Option<(NodeId, NodeId)> {
     candidates.dedup();
     candidates
         .into_iter()
-        .find(|c| keeps_homotopy(surface, c.3, c.2) && !cuts_off(surface, c.3, c.2))
+        .find(|c| keeps_together(surface, c.3, c.2))
         .map(|c| (c.2, c.3))
 }
 

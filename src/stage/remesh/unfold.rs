@@ -8,8 +8,7 @@
 //! Exceptions, where nothing else mends a fold: a needle may be left, and forks nearer to each other than the walls are thick become one.
 //! Limits: folds over which the curves themselves cross stay. Cost: linear in the number of folded triangles, some thousand operations each.
 
-use super::contract::keeps_homotopy;
-use super::dust::cuts_off;
+use super::dust::keeps_together;
 use super::flat::{hinges, remove_flat};
 use super::shape::{area_vector, distance_to_segment, quality};
 use super::surface::Surface;
@@ -146,12 +145,7 @@ fn mergers(surface: &Surface, t: TriangleId, placer: &dyn Placer) -> Vec<Step> {
         for (gone, kept) in [(a, b), (b, a)] {
             let on_curves = !surface.feature_neighbours(kept).is_empty();
             let rim_corner = faces(&surface.supports[gone]).count() > 1;
-            if near
-                && on_curves
-                && !rim_corner
-                && keeps_homotopy(surface, gone, kept)
-                && !cuts_off(surface, gone, kept)
-            {
+            if near && on_curves && !rim_corner && keeps_together(surface, gone, kept) {
                 steps.push(Step::Contract { gone, kept });
             }
         }
@@ -284,7 +278,7 @@ fn may_go(surface: &Surface, gone: NodeId, kept: NodeId, placer: &dyn Placer) ->
         }
         _ => false,
     };
-    strata && keeps_homotopy(surface, gone, kept) && !cuts_off(surface, gone, kept)
+    strata && keeps_together(surface, gone, kept)
 }
 
 /// The triangles within some rings of a triangle, sorted.
