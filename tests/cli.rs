@@ -285,6 +285,7 @@ fn dump_keeps_what_every_stage_made() {
         .collect();
     files.sort();
     let stages = [
+        "balanced-1",
         "charted-1",
         "clean-1",
         "faces-1",

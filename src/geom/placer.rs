@@ -17,6 +17,13 @@ pub trait Placer: Sync {
         self.place(start, supports)
     }
 
+    /// The unit normal of the wall's mid-surface near `point`, and how far along it `point` would have to go to lie on it, mm.
+    fn to_middle(&self, point: DVec3, wall: WallId) -> Option<(DVec3, f64)> {
+        let normal = self.normal(point, wall)?;
+        let way = self.place(point, &[Support::Mid(wall)]) - point;
+        Some((normal, way.dot(normal)))
+    }
+
     /// Unit normal of the wall's mid-surface near `point`, pointing from its second side to its first; `None` where undefined.
     fn normal(&self, point: DVec3, wall: WallId) -> Option<DVec3>;
 

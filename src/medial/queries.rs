@@ -1,6 +1,6 @@
 //! What stages ask of the medial surfaces: places, normals, thickness, bends.
 
-use super::{Foot, LEAST_OPPOSITION, Medial, STEPS};
+use super::{Foot, Known, LEAST_OPPOSITION, Medial, STEPS};
 use crate::geom::placer::Placer;
 use crate::model::complex::Support;
 use crate::model::ids::WallId;
@@ -25,6 +25,12 @@ impl Placer for Medial<'_> {
 
     fn draw(&self, start: DVec3, supports: &[Support]) -> DVec3 {
         self.converge(start, supports, 1)
+    }
+
+    fn to_middle(&self, point: DVec3, wall: WallId) -> Option<(DVec3, f64)> {
+        let support = Support::Mid(wall);
+        let near = self.plane(point, support, &mut Known::default(), f64::INFINITY);
+        near.map(|tangent| tangent.plane)
     }
 
     fn normal(&self, point: DVec3, wall: WallId) -> Option<DVec3> {

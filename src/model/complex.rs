@@ -122,6 +122,17 @@ impl MidComplex {
         }
     }
 
+    /// The triangles round every node, in order of their ids.
+    pub fn stars(&self) -> IndexVec<NodeId, SmallVec<[TriangleId; 8]>> {
+        let mut stars = IndexVec::filled(SmallVec::new(), self.nodes.len());
+        for (id, t) in self.triangles.enumerated() {
+            for n in t.nodes {
+                stars[n].push(id);
+            }
+        }
+        stars
+    }
+
     /// Puts every node onto the walls of its triangles and no others; the faces that it lies on stay.
     pub fn support_by_walls(&mut self) {
         for node in self.nodes.as_mut_slice() {

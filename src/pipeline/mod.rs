@@ -29,7 +29,7 @@ use crate::model::shell::ShellMesh;
 use crate::options::MeshOptions;
 use crate::stage::fair::FairStats;
 use crate::stage::remesh::RemeshOptions;
-use crate::stage::{audit, fair, prune, quads, quality, remesh, shell, size};
+use crate::stage::{audit, balance, fair, prune, quads, quality, remesh, shell, size};
 use clock::Clock;
 use dump::Dump;
 use glam::DVec3;
@@ -163,6 +163,8 @@ fn mesh_solid(
         connected(complex, |c| remesh::unfold(c, &medial))
     });
     dump.complex("polished", &complex)?;
+    let complex = clock.time("balance", || balance::balance(complex, &medial));
+    dump.complex("balanced", &complex)?;
     let mesh = clock.time("shell", || {
         shell::shell(brep, &found.pairing, &medial, &complex)
     });

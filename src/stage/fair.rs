@@ -138,12 +138,6 @@ impl Net {
                 along[b].push(a);
             }
         }
-        let mut stars = IndexVec::filled(SmallVec::<[TriangleId; 8]>::new(), complex.nodes.len());
-        for (t, triangle) in complex.triangles.enumerated() {
-            for n in triangle.nodes {
-                stars[n].push(t);
-            }
-        }
         let mut curve_nodes = Vec::new();
         for n in complex.nodes.ids() {
             if along[n].is_empty() {
@@ -158,7 +152,7 @@ impl Net {
             beside,
             along,
             curve_nodes,
-            stars,
+            stars: complex.stars(),
         }
     }
 

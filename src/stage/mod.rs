@@ -3,6 +3,7 @@
 pub mod adjacency;
 pub mod assess;
 pub mod audit;
+pub mod balance;
 pub mod chart_mesh;
 pub mod collapse;
 pub mod decompose;

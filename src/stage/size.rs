@@ -22,7 +22,7 @@ const COARSEST: f64 = 1.0 / 25.0;
 /// Finest default: at most about this many triangles.
 const MOST_TRIANGLES: f64 = 40_000.0;
 /// Chord error on curved walls, as a share of the thickness.
-const CHORD: f64 = 0.01;
+const CHORD: f64 = 0.005;
 /// Curvature alone never asks for edges shorter than this share of the thickness: a shell element shorter than half of it is none.
 const SHORTEST: f64 = 0.5;
 /// The same at steps of the thickness: the parabola along which the middle climbs there is half a thickness wide and ends in a kink, so that longer edges would smear
