@@ -7,7 +7,7 @@ use serde::Deserialize;
 
 /// The figures that a mesh of a fixture may be off by; all from the list that the project promises for its fixtures.
 pub mod limit {
-    /// R-error of 95 % of the samples.
+    /// R-error of 99 % of the samples; of 95 % where the fixture says that its mid-surface is kinked.
     pub const R_ERROR: f64 = 0.005;
     /// Thickness of 95 % of the samples, relative.
     pub const THICKNESS: f64 = 0.005;
@@ -42,6 +42,9 @@ pub struct Facts {
     pub crease_curves: usize,
     #[serde(default)]
     pub thickness: Vec<f64>,
+    /// Whether there are places along which the exact mid-surface is no smooth sheet (steps of the thickness, slanted rims, blends cut off): elements straddle these.
+    #[serde(default)]
+    pub kinked: bool,
     pub thickness_min: Option<f64>,
     pub thickness_max: Option<f64>,
     pub volume: f64,
@@ -172,9 +175,14 @@ impl Facts {
             m.samples >= limit::SAMPLES,
             format!("samples: only {}", m.samples),
         );
+        let (share, r_error) = if self.kinked {
+            (95, m.r95)
+        } else {
+            (99, m.r99)
+        };
         must(
-            m.r95 <= limit::R_ERROR,
-            format!("R-error: {:.3} % at 95 % of samples", 100.0 * m.r95),
+            r_error <= limit::R_ERROR,
+            format!("R-error: {:.3} % at {share} % of samples", 100.0 * r_error),
         );
         must(
             m.t95 <= limit::THICKNESS,

@@ -21,6 +21,7 @@ pub struct Measured {
     pub samples: usize,
     pub r50: f64,
     pub r95: f64,
+    pub r99: f64,
     pub t95: f64,
     /// Area by element thickness.
     pub t_area: Vec<(f64, f64)>,

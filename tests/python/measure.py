@@ -10,7 +10,7 @@ that the mesh of a scaled part can be measured against the part. One JSON object
 euler, pieces, sheets, junction_curves, crease_curves   of the mesh; sheets are told apart by junctions and creases
 sheet_labels, labels_astray  values of the cell array `sheet`; those that reach over several sheets
 area, edge_ratio, flipped    total area; greatest longest edge over shortest; elements folded or turned against a neighbour
-r50, r95, samples            R-error |d1 - d2| / (d1 + d2) at random points of the mesh at least 1.5 thicknesses away from junctions
+r50, r95, r99, samples       R-error |d1 - d2| / (d1 + d2) at random points of the mesh at least 1.5 thicknesses away from junctions
                              and creases, d1 and d2 the distances to the exact faces on either side; outside the solid it counts 1
 t95, t_area                  the same points' relative thickness error; area by cell thickness: [[thickness, area], ...]
 cover                        share of the wall area of the solid whose mid-point is within a quarter thickness of the mesh
@@ -65,7 +65,7 @@ def geometry(solid, mesh, rng):
     t = np.where(own, mesh.t_element[e], _interpolate(mesh, k, p))
     wrong = np.where(inside, np.abs(t - whole) / whole, 1.0)
     q = lambda v, x: float(np.percentile(v, x)) if len(v) else 1.0
-    return dict(samples=len(p), r50=q(r, 50), r95=q(r, 95), t95=q(wrong, 95))
+    return dict(samples=len(p), r50=q(r, 50), r95=q(r, 95), r99=q(r, 99), t95=q(wrong, 95))
 
 
 def _interpolate(mesh, k, p):
