@@ -30,6 +30,8 @@ const STEADY: f64 = 0.985;
 
 /// How far, and which way, the mid-surface lies from a part of the mesh.
 type Way = (DVec3, f64);
+/// What is known of the middle of an edge, for each of its walls.
+type Ways = SmallVec<[(WallId, Option<Way>); 2]>;
 
 /// Moves the nodes of curved walls.
 pub fn balance(mut complex: MidComplex, placer: &dyn Placer) -> MidComplex {
@@ -52,11 +54,11 @@ pub fn balance(mut complex: MidComplex, placer: &dyn Placer) -> MidComplex {
 /// From every triangle to its mid-surface, on average.
 fn ways(complex: &MidComplex, placer: &dyn Placer) -> IndexVec<TriangleId, Option<Way>> {
     let edges = complex.edges();
-    let at_edges: Vec<SmallVec<[(WallId, Option<Way>); 2]>> = edges
+    let at_edges: Vec<Ways> = edges
         .par_iter()
         .map(|edge| {
             let [a, b] = edge.ends.map(|n| complex.nodes[n].point);
-            let mut found: SmallVec<[(WallId, Option<Way>); 2]> = SmallVec::new();
+            let mut found = Ways::new();
             for wall in edge.triangles.iter().map(|&t| complex.triangles[t].wall) {
                 if found.iter().all(|f| f.0 != wall) {
                     found.push((wall, placer.to_middle((a + b) / 2.0, wall)));
