@@ -6,6 +6,7 @@
 //! a step the side does not end: there the distance is that to the edge, and the mid-surface climbs along a parabola.
 
 mod corner;
+mod edges;
 mod memory;
 mod queries;
 mod reach;
@@ -20,6 +21,7 @@ use crate::model::ids::{FaceId, FacetId, IndexVec, VertexId, WallId};
 use crate::model::walls::{Aag, Convexity, Pairing};
 use crate::spatial::{Hint, TriangleBvh};
 use corner::InnerEdges;
+use edges::{Edges, OnEdge};
 use glam::DVec3;
 use memory::Memory;
 use slant::Slants;
@@ -153,6 +155,7 @@ pub struct Medial<'a> {
     rim_surface: IndexVec<FaceId, u32>,
     rims: Vec<Surface>,
     slants: Slants,
+    edges: Edges,
     facets: IndexVec<FacetId, ReadyFacet>,
     /// The bent ones among the facets that touch each facet.
     bent: IndexVec<FacetId, Vec<FacetId>>,
@@ -250,6 +253,7 @@ impl<'a> Medial<'a> {
             rim_surface,
             rims,
             slants: Slants::default(),
+            edges: Edges::new(brep),
             facets,
             bent,
             curvature,
@@ -402,6 +406,8 @@ impl<'a> Medial<'a> {
                     thickness: 0.0,
                 })
             }
+            // Its plane depends on that of the wall.
+            Support::Edge(_) => None,
         }
     }
 
@@ -418,19 +424,21 @@ impl<'a> Medial<'a> {
         let scale = if scale > 0.0 { scale } else { self.typical };
         let reach = supports.iter().filter_map(|s| match s {
             Support::Mid(w) => Some(self.reach[*w]),
-            Support::Face(_) => None,
+            Support::Face(_) | Support::Edge(_) => None,
         });
         let reach = reach.fold(REACH * scale, f64::max);
         let mut p = start;
         let mut planes: SmallVec<[(DVec3, f64); 4]> = SmallVec::new();
         let mut mids: SmallVec<[(WallId, DVec3, f64); 4]> = SmallVec::new();
         let mut rims: SmallVec<[(usize, FaceId); 4]> = SmallVec::new();
+        let mut edges: SmallVec<[OnEdge; 1]> = SmallVec::new();
         let mut known: SmallVec<[Known; 4]> = smallvec::smallvec![Known::default(); supports.len()];
         let mut allowed = None;
         for _ in 0..steps {
             planes.clear();
             mids.clear();
             rims.clear();
+            edges.clear();
             let mut beyond = 0.0f64;
             let room = allowed.unwrap_or(reach);
             for (&support, known) in supports.iter().zip(&mut known) {
@@ -438,11 +446,15 @@ impl<'a> Medial<'a> {
                     match support {
                         Support::Mid(w) => mids.push((w, tangent.plane.0, tangent.thickness)),
                         Support::Face(f) => rims.push((planes.len(), f)),
+                        Support::Edge(_) => {}
                     }
                     planes.push(tangent.plane);
                     beyond = beyond.max(tangent.beyond);
+                } else if let Support::Edge(curve) = support {
+                    edges.extend(self.edges.nearest(p, curve));
                 }
             }
+            planes.extend(edges.iter().map(|edge| edge.across(&mids)));
             for &(i, face) in &rims {
                 let surface = self.rim_surface[face] as usize;
                 planes[i].1 -= self.slants.inset(surface, planes[i].0, &mids);

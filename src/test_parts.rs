@@ -4,7 +4,7 @@ pub(crate) mod homology;
 pub(crate) mod stages;
 pub(crate) mod voxels;
 
-use crate::model::brep::{Brep, Face, Facet};
+use crate::model::brep::{Brep, Curve, Face, Facet};
 use crate::model::ids::{FaceId, IndexVec, NodeId, SheetId, VertexId, WallId};
 use crate::model::shell::{Corners, Element, Sheet, ShellMesh};
 use glam::DVec3;
@@ -41,6 +41,30 @@ pub(crate) fn brep(
         curves: IndexVec::new(),
     };
     assert_eq!(solid.check(), vec![]);
+    solid
+}
+
+/// A wedge 8 long, from the z axis along y: its flat side z = 0 (face 0) and its slope (face 1) meet at x = 0 under nine degrees; at x = 20 it is 3 high. Curve 0 is
+/// their edge, 1 and 2 are those of the back (face 2).
+pub(crate) fn slim_wedge() -> Brep {
+    let points = [0.0, 8.0]
+        .into_iter()
+        .flat_map(|y| [(0.0, 0.0), (20.0, 0.0), (20.0, 3.0)].map(|(x, z)| DVec3::new(x, y, z)))
+        .collect();
+    let polygons = [
+        (vec![0, 3, 4, 1], 0),
+        (vec![0, 2, 5, 3], 1),
+        (vec![1, 4, 5, 2], 2),
+        (vec![0, 1, 2], 3),
+        (vec![3, 5, 4], 4),
+    ];
+    let mut solid = brep(points, &polygons, |a, b| (a + b) / 2.0);
+    for ends in [[0, 3], [1, 4], [2, 5]] {
+        solid.curves.push(Curve {
+            segments: vec![ends.map(VertexId)],
+            ..Curve::default()
+        });
+    }
     solid
 }
 

@@ -1,7 +1,7 @@
 //! The mid-complex: a non-manifold triangulated mid-surface with what each node must lie on.
 
 use super::disjoint::Disjoint;
-use super::ids::{FaceId, Id, IndexVec, NodeId, TriangleId, WallId};
+use super::ids::{CurveId, FaceId, Id, IndexVec, NodeId, TriangleId, WallId};
 use glam::DVec3;
 use rayon::prelude::*;
 use smallvec::SmallVec;
@@ -13,6 +13,8 @@ pub enum Support {
     Mid(WallId),
     /// A face of the solid: rims lie on lateral faces.
     Face(FaceId),
+    /// A curve of the solid: where the two sides of a wall meet, its rim lies on their edge.
+    Edge(CurveId),
 }
 
 /// The supports of a node, sorted and without repetition.
@@ -22,8 +24,14 @@ pub type Supports = SmallVec<[Support; 4]>;
 pub fn faces(supports: &[Support]) -> impl Iterator<Item = FaceId> {
     supports.iter().filter_map(|s| match s {
         Support::Face(face) => Some(*face),
-        Support::Mid(_) => None,
+        Support::Mid(_) | Support::Edge(_) => None,
     })
+}
+
+/// What ends sheets among supports: faces and edges of the solid. A node with two of them is a corner of its rim.
+pub fn ends(supports: &[Support]) -> impl Iterator<Item = Support> {
+    let ending = |s: &Support| !matches!(s, Support::Mid(_));
+    supports.iter().copied().filter(ending)
 }
 
 /// A node of the mid-complex.
@@ -133,10 +141,10 @@ impl MidComplex {
         stars
     }
 
-    /// Puts every node onto the walls of its triangles and no others; the faces that it lies on stay.
+    /// Puts every node onto the walls of its triangles and no others; the faces and edges that it lies on stay.
     pub fn support_by_walls(&mut self) {
         for node in self.nodes.as_mut_slice() {
-            node.supports.retain(|s| matches!(s, Support::Face(_)));
+            node.supports.retain(|s| !matches!(s, Support::Mid(_)));
         }
         for t in self.triangles.as_slice() {
             for n in t.nodes {

@@ -12,7 +12,7 @@
 
 use crate::geom::orient::{orient, turned};
 use crate::geom::placer::Placer;
-use crate::model::complex::{EdgeKind, MidComplex, faces};
+use crate::model::complex::{EdgeKind, MidComplex, ends};
 use crate::model::ids::{IndexVec, NodeId, TriangleId};
 use glam::DVec3;
 use rayon::prelude::*;
@@ -144,7 +144,7 @@ impl Net {
                 continue;
             }
             beside[n].clear();
-            if along[n].len() == 2 && faces(&complex.nodes[n].supports).count() < 2 {
+            if along[n].len() == 2 && ends(&complex.nodes[n].supports).count() < 2 {
                 curve_nodes.push(n);
             }
         }

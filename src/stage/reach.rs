@@ -3,13 +3,12 @@
 //! Where a rim is rounded, no label opposes another near it, and the collapse eats up to the first tets that lie between the two sides: the sheet ends in a ragged
 //! border a little inside the material. Its nodes take the nearest face ahead that is no side of a wall there as a support; placing then moves the rim onto it.
 //!
-//! Where the two sides of a wall meet, its rim lies on their edge, and the nodes take one of the sides, or at a slim edge only move there.
+//! Where the two sides of a wall meet, its rim lies on their edge, and the nodes take that edge.
 //!
 //! A rim that lies off the face that it was given goes to the one that its mid-surface meets.
 //!
-//! Guarantees: topology untouched; supports are added only to nodes of rims without a face, and only where a face that is no side of a wall
-//! is within reach; positions change only at slim edges, where a rim
-//! dives into another wall and where it changes its face. A border further inside ends at a lump, and stays.
+//! Guarantees: topology untouched; supports are added only to nodes of rims without a face, and only where such an edge or a face that is no side of a wall
+//! is within reach; positions change only where a rim dives into another wall and where it changes its face. A border further inside ends at a lump, and stays.
 //! Cost: one nearest-point query a bare rim node.
 
 mod landing;
@@ -17,12 +16,12 @@ mod meeting;
 
 use crate::geom::placer::Placer;
 use crate::model::brep::Brep;
-use crate::model::complex::{EdgeKind, MidComplex, MidNode, Support, faces};
+use crate::model::complex::{EdgeKind, MidComplex, MidNode, Support, ends};
 use crate::model::ids::{FaceId, FacetId, IndexVec, NodeId, TriangleId, WallId};
 use crate::model::walls::{Aag, Pairing};
 use crate::spatial::TriangleBvh;
 use glam::DVec3;
-use meeting::{End, MeetingEdges};
+use meeting::MeetingEdges;
 use rayon::prelude::*;
 use smallvec::SmallVec;
 
@@ -67,16 +66,12 @@ pub fn reach_rims(
         bvh,
         meeting,
     };
-    let found: Vec<Option<End>> = bare
+    let found: Vec<Option<Support>> = bare
         .par_iter()
         .map(|&n| look.ahead(&complex.nodes[n], outwards[n].normalize_or_zero()))
         .collect();
     for (&n, end) in bare.iter().zip(&found) {
-        match *end {
-            Some(End { face: Some(f), .. }) => complex.nodes[n].supports.push(Support::Face(f)),
-            Some(End { face: None, point }) => complex.nodes[n].point = point,
-            None => {}
-        }
+        complex.nodes[n].supports.extend(*end);
     }
     let bare: Vec<NodeId> = (bare.into_iter().zip(found))
         .filter(|(_, end)| end.is_none())
@@ -84,25 +79,26 @@ pub fn reach_rims(
         .collect();
     // A ragged border looks every way: what its neighbours on the rim have found, a node need only have somewhere ahead.
     loop {
-        let told: Vec<(NodeId, FaceId)> = bare
+        let told: Vec<(NodeId, Support)> = bare
             .par_iter()
             .filter(|&&n| walls_only(&complex, n))
             .filter_map(|&n| {
                 let own = outwards[n].normalize_or_zero();
                 let beside = rims.along[n].iter();
-                let face = beside
-                    .flat_map(|&m| faces(&complex.nodes[m].supports))
-                    .find(|&f| look.is_ahead(&complex.nodes[n], own, f))?;
-                Some((n, face))
+                let end = beside
+                    .flat_map(|&m| ends(&complex.nodes[m].supports))
+                    .find(|&end| look.is_ahead(&complex.nodes[n], own, end))?;
+                Some((n, end))
             })
             .collect();
         if told.is_empty() {
             break;
         }
-        for (n, face) in told {
-            complex.nodes[n].supports.push(Support::Face(face));
+        for (n, end) in told {
+            complex.nodes[n].supports.push(end);
         }
     }
+    turn_corners(&mut complex, &rims, &look);
     if ragged {
         dive(&mut complex, &rims, placer);
     }
@@ -120,12 +116,12 @@ struct Look<'a> {
 }
 
 impl Look<'_> {
-    /// Where the rim of a bare node lies; `outwards`: where the sheet ends.
-    fn ahead(&self, node: &MidNode, outwards: DVec3) -> Option<End> {
+    /// What the rim of a bare node lies on; `outwards`: where the sheet ends.
+    fn ahead(&self, node: &MidNode, outwards: DVec3) -> Option<Support> {
         let (p, wall) = (node.point, only_wall(node)?);
         let is_ahead = |way: DVec3| outwards.dot(way) > AHEAD * way.length();
-        if let Some(end) = self.end_of_sides(p, wall)
-            && is_ahead(end.point - p)
+        if let Some((end, point)) = self.end_of_sides(p, wall)
+            && is_ahead(point - p)
         {
             return Some(end);
         }
@@ -140,34 +136,36 @@ impl Look<'_> {
             let face = self.face(near.index);
             if is_ahead(near.point - p) {
                 let lateral = is_lateral(self.pairing, self.placer, face, near.point);
-                return lateral.then_some(End {
-                    face: Some(face),
-                    point: near.point,
-                });
+                return lateral.then_some(Support::Face(face));
             }
             beside.push(face);
         }
         None
     }
 
-    /// Whether this face, on which the rim lies next to the node, is ahead of the node too.
-    fn is_ahead(&self, node: &MidNode, outwards: DVec3, face: FaceId) -> bool {
+    /// Whether this end, on which the rim lies next to the node, is ahead of the node too.
+    fn is_ahead(&self, node: &MidNode, outwards: DVec3, end: Support) -> bool {
         let Some(wall) = only_wall(node) else {
             return false;
         };
         let p = node.point;
-        let end = if self.is_side(wall, face) {
-            self.end_of_sides(p, wall).map(|end| end.point)
-        } else {
-            let thickness = self.placer.thickness(p, wall).unwrap_or(0.0);
-            let near = (self.bvh).nearest_where(p, REACH * thickness, |i| self.face(i) == face);
-            near.map(|n| n.point)
+        let end = match end {
+            Support::Mid(_) => None,
+            Support::Edge(_) => self.end_of_sides(p, wall).map(|end| end.1),
+            Support::Face(face) if self.is_side(wall, face) => {
+                self.end_of_sides(p, wall).map(|end| end.1)
+            }
+            Support::Face(face) => {
+                let thickness = self.placer.thickness(p, wall).unwrap_or(0.0);
+                let near = (self.bvh).nearest_where(p, REACH * thickness, |i| self.face(i) == face);
+                near.map(|n| n.point)
+            }
         };
         end.is_some_and(|q| outwards.dot(q - p) > 0.0)
     }
 
     /// Where the two sides of the wall meet near a place.
-    fn end_of_sides(&self, p: DVec3, wall: WallId) -> Option<End> {
+    fn end_of_sides(&self, p: DVec3, wall: WallId) -> Option<(Support, DVec3)> {
         let mean = self.pairing.walls.get(wall)?.thickness;
         self.meeting.nearest(p, wall, EDGE_REACH * mean)
     }
@@ -190,14 +188,40 @@ fn only_wall(node: &MidNode) -> Option<WallId> {
     }
 }
 
+/// Where a rim on a face goes over into one on an edge, the node between lies on both: else the corner is cut off.
+fn turn_corners(complex: &mut MidComplex, rims: &Rims, look: &Look<'_>) {
+    let corners: Vec<(NodeId, Support)> = (complex.nodes.enumerated())
+        .filter_map(|(n, node)| {
+            let mut own = ends(&node.supports);
+            let (Some(Support::Face(_)), None) = (own.next(), own.next()) else {
+                return None;
+            };
+            let &Support::Mid(wall) = node.supports.first()? else {
+                return None;
+            };
+            let p = node.point;
+            let on_edge = |&m: &NodeId| {
+                let mut beside = ends(&complex.nodes[m].supports);
+                let edge = beside.find(|s| matches!(s, Support::Edge(_)))?;
+                let (nearest, _) = look.end_of_sides(p, wall)?;
+                (nearest == edge).then_some(edge)
+            };
+            rims.along[n].iter().find_map(on_edge).map(|edge| (n, edge))
+        })
+        .collect();
+    for (n, edge) in corners {
+        complex.nodes[n].supports.push(edge);
+    }
+}
+
 /// Where a rim dives into another wall no face is left beside it: from its last node on a face it goes straight on to the junction.
 fn dive(complex: &mut MidComplex, rims: &Rims, placer: &dyn Placer) {
-    let has_face = |complex: &MidComplex, n: NodeId| faces(&complex.nodes[n].supports).count() > 0;
+    let has_end = |complex: &MidComplex, n: NodeId| ends(&complex.nodes[n].supports).count() > 0;
     let ends: Vec<NodeId> = complex
         .nodes
         .ids()
         .filter(|&n| {
-            rims.along[n].len() == 1 && complex.nodes[n].supports.len() > 1 && !has_face(complex, n)
+            rims.along[n].len() == 1 && complex.nodes[n].supports.len() > 1 && !has_end(complex, n)
         })
         .collect();
     for end in ends {
@@ -215,12 +239,12 @@ fn dive(complex: &mut MidComplex, rims: &Rims, placer: &dyn Placer) {
         let (from, to) = (complex.nodes[last].point, complex.nodes[end].point);
         let thickness = complex.nodes[end].supports.iter().filter_map(|s| match s {
             Support::Mid(w) => placer.thickness(to, *w),
-            Support::Face(_) => None,
+            Support::Face(_) | Support::Edge(_) => None,
         });
         let thickest = thickness.fold(0.0, f64::max);
         let foot = placer.place(from, &complex.nodes[end].supports);
         // A full thickness deep is the middle of the thickest wall, with as much again for the fillet at its foot.
-        if !has_face(complex, last)
+        if !has_end(complex, last)
             || foot.distance(to) > REACH * thickest
             || foot.distance(from) > REACH * thickest
         {
@@ -303,8 +327,9 @@ impl Rims {
 mod tests {
     use super::*;
     use crate::model::complex::MidTriangle;
+    use crate::model::ids::CurveId;
     use crate::model::walls::Wall;
-    use crate::test_parts::box_brep;
+    use crate::test_parts::{box_brep, slim_wedge};
 
     /// The middle plane z = 1 of a plate two thick.
     struct Middle;
@@ -389,7 +414,7 @@ mod tests {
                 match support {
                     Support::Mid(WallId(0)) => p.z = 0.0,
                     Support::Mid(_) => p.y = 0.0,
-                    Support::Face(_) => p.x = 10.0,
+                    Support::Face(_) | Support::Edge(_) => p.x = 10.0,
                 }
             }
             p
@@ -463,6 +488,58 @@ mod tests {
         let kept = far.clone();
         dive(&mut far, &rims, &RibOnPlate);
         assert_eq!(far, kept);
+    }
+
+    #[test]
+    fn at_a_slim_edge_the_rim_takes_the_edge_and_its_corner_both() {
+        // A wedge 20 long and 3 high along y, faces 0 and 1 its sides, 3 and 4 its ends; its middle ends at x = 1.5, four thirds of a mean thickness early.
+        let solid = slim_wedge();
+        let mut pairing = Pairing::default();
+        pairing.walls.push(Wall {
+            sides: [vec![FaceId(0)], vec![FaceId(1)]],
+            thickness: 1.5,
+            group: 0,
+        });
+        let mut complex = MidComplex::default();
+        let (mid, end) = (Support::Mid(WallId(0)), Support::Face(FaceId(3)));
+        let row = |complex: &mut MidComplex, x: f64| -> Vec<NodeId> {
+            (0..5)
+                .map(|i| {
+                    complex.nodes.push(MidNode {
+                        point: DVec3::new(x, 2.0 * f64::from(i), 0.075 * x),
+                        supports: if i == 0 {
+                            [mid, end].into_iter().collect()
+                        } else {
+                            [mid].into_iter().collect()
+                        },
+                    })
+                })
+                .collect()
+        };
+        let (rim, inner) = (row(&mut complex, 1.5), row(&mut complex, 5.0));
+        for i in 0..4 {
+            for nodes in [
+                [rim[i], inner[i], inner[i + 1]],
+                [rim[i], inner[i + 1], rim[i + 1]],
+            ] {
+                complex.triangles.push(MidTriangle {
+                    nodes,
+                    wall: WallId(0),
+                });
+            }
+        }
+        let aag = crate::stage::adjacency::adjacency(&solid);
+        let reached = reach_rims(complex, &solid, &aag, &pairing, &Middle);
+        let edge = Support::Edge(CurveId(0));
+        assert_eq!(reached.nodes[rim[0]].supports.as_slice(), [mid, end, edge]);
+        for &n in &rim[1..4] {
+            assert_eq!(reached.nodes[n].supports.as_slice(), [mid, edge]);
+        }
+        assert!(
+            inner
+                .iter()
+                .all(|&n| !reached.nodes[n].supports.contains(&edge))
+        );
     }
 
     #[test]

@@ -12,6 +12,7 @@ macro_rules! for_all_fixtures {
     ($test:ident) => {
         $test!(
             met: [
+                blade,
                 boss_on_rib,
                 boss_ribs,
                 bottle,
@@ -41,6 +42,7 @@ macro_rules! for_all_fixtures {
                 rib_draft,
                 rib_partial,
                 rib_partial_fillet,
+                rib_shallow,
                 rib_tapered,
                 rib_to_fillet,
                 ribs_crossing,
@@ -62,9 +64,7 @@ macro_rules! for_all_fixtures {
                 z_bend,
             ],
             unmet: [
-                blade,
                 five_arms,
-                rib_shallow,
                 rounded_rim,
                 spiral,
             ],

@@ -3,28 +3,21 @@
 //! There the wall ends without a lateral face between its sides, and its rim lies on the edge.
 
 use crate::model::brep::Brep;
+use crate::model::complex::Support;
 use crate::model::ids::{FaceId, WallId};
 use crate::model::walls::{Aag, Pairing};
 use crate::spatial::TriangleBvh;
 use glam::DVec3;
 
-/// Sides that turn round by more than this, rad, are both too near to the middle for a node to be placed on that and one of them.
+/// Where sides turn round by more than this, rad, both are too near to the middle for a node to be placed on that and one of them: it takes the edge itself.
+/// Else one of the sides is the better support: it bends with the solid, and the edge is made of chords.
 const SLIM_RAD: f64 = 5.0 / 6.0 * std::f64::consts::PI;
-
-/// A place on such an edge.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct End {
-    /// A face that the rim may be said to lie on; none at a slim edge.
-    pub face: Option<FaceId>,
-    /// Where.
-    pub point: DVec3,
-}
 
 /// The segments of all such edges.
 pub(super) struct MeetingEdges {
     bvh: TriangleBvh,
-    /// Of each segment the wall, and a face beside it unless it is slim.
-    of: Vec<(WallId, Option<FaceId>)>,
+    /// Of each segment the wall, and what a rim there lies on.
+    of: Vec<(WallId, Support)>,
 }
 
 impl MeetingEdges {
@@ -47,7 +40,13 @@ impl MeetingEdges {
                 for ends in &curve.segments {
                     let [a, b] = ends.map(|v| brep.vertices[v]);
                     segments.push([a, b, b]);
-                    of.push((w, (arc.turn_rad < SLIM_RAD).then_some(f)));
+                    let slim = arc.turn_rad >= SLIM_RAD;
+                    let end = if slim {
+                        Support::Edge(arc.curve)
+                    } else {
+                        Support::Face(f)
+                    };
+                    of.push((w, end));
                 }
             }
         }
@@ -57,55 +56,32 @@ impl MeetingEdges {
         }
     }
 
-    /// The nearest point of the edges of a wall within `radius`.
-    pub fn nearest(&self, p: DVec3, wall: WallId, radius: f64) -> Option<End> {
+    /// The nearest point of the edges of a wall within `radius`, and what a rim there lies on.
+    pub fn nearest(&self, p: DVec3, wall: WallId, radius: f64) -> Option<(Support, DVec3)> {
         if self.of.is_empty() {
             return None;
         }
         let near = (self.bvh).nearest_where(p, radius, |i| self.of[i].0 == wall)?;
-        Some(End {
-            face: self.of[near.index].1,
-            point: near.point,
-        })
+        Some((self.of[near.index].1, near.point))
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::model::brep::Curve;
-    use crate::model::ids::{FaceId, VertexId};
+    use crate::model::ids::CurveId;
     use crate::model::walls::Wall;
     use crate::stage::adjacency::adjacency;
-    use crate::test_parts::brep;
+    use crate::test_parts::slim_wedge;
 
-    /// A wedge along y: its flat side z = 0 (face 0) and its slope (face 1) meet at x = 0; the faces of each edge are curves of their own.
     fn wedge() -> (Brep, Pairing) {
-        let points = [0.0, 8.0]
-            .into_iter()
-            .flat_map(|y| [(0.0, 0.0), (20.0, 0.0), (20.0, 3.0)].map(|(x, z)| DVec3::new(x, y, z)))
-            .collect();
-        let polygons = [
-            (vec![0, 3, 4, 1], 0),
-            (vec![0, 2, 5, 3], 1),
-            (vec![1, 4, 5, 2], 2),
-            (vec![0, 1, 2], 3),
-            (vec![3, 5, 4], 4),
-        ];
-        let mut solid = brep(points, &polygons, |a, b| (a + b) / 2.0);
-        for ends in [[0, 3], [1, 4], [2, 5]] {
-            solid.curves.push(Curve {
-                segments: vec![ends.map(VertexId)],
-                ..Curve::default()
-            });
-        }
         let mut pairing = Pairing::default();
         pairing.walls.push(Wall {
             sides: [vec![FaceId(0)], vec![FaceId(1)]],
             thickness: 1.5,
             group: 0,
         });
-        (solid, pairing)
+        (slim_wedge(), pairing)
     }
 
     #[test]
@@ -113,9 +89,10 @@ mod tests {
         let (solid, pairing) = wedge();
         let edges = MeetingEdges::new(&solid, &adjacency(&solid), &pairing);
         let near = edges.nearest(DVec3::new(1.0, 4.0, 0.1), WallId(0), 2.0);
-        // Nine degrees between the sides: no face stands for the edge.
-        let point = DVec3::new(0.0, 4.0, 0.0);
-        assert_eq!(near, Some(End { face: None, point }));
+        assert_eq!(
+            near,
+            Some((Support::Edge(CurveId(0)), DVec3::new(0.0, 4.0, 0.0)))
+        );
         assert_eq!(
             edges.nearest(DVec3::new(19.0, 4.0, 1.5), WallId(0), 2.0),
             None

@@ -9,7 +9,7 @@ use super::contract::merge;
 use super::dust::keeps_together;
 use super::surface::{Surface, key};
 use crate::geom::placer::Placer;
-use crate::model::complex::faces;
+use crate::model::complex::ends;
 use crate::model::ids::{NodeId, WallId};
 
 /// Forks nearer to each other than this many thicknesses are one.
@@ -93,7 +93,7 @@ fn is_short(surface: &Surface, a: NodeId, b: NodeId, thickness: &dyn Fn(WallId) 
 }
 
 fn is_corner(surface: &Surface, n: NodeId) -> bool {
-    faces(&surface.supports[n]).count() > 1
+    ends(&surface.supports[n]).count() > 1
 }
 
 #[cfg(test)]

@@ -5,7 +5,7 @@ use super::shape::area_vector;
 use super::surface::{Class, Surface};
 use super::{RemeshOptions, RemeshStats};
 use crate::geom::placer::Placer;
-use crate::model::complex::{Support, Supports};
+use crate::model::complex::{Support, Supports, ends};
 use crate::model::ids::{IndexVec, NodeId, TriangleId, WallId};
 use glam::DVec3;
 use rayon::prelude::*;
@@ -103,18 +103,13 @@ impl Job<'_> {
             .map(|&t| Support::Mid(self.surface.triangle(t).wall))
             .collect();
         if ring.len() == 1 {
-            let faces = |n: NodeId| {
-                self.surface.supports[n]
-                    .iter()
-                    .copied()
-                    .filter(|s| matches!(s, Support::Face(_)))
-            };
-            let common: Supports = faces(a)
+            let ends_of = |n: NodeId| ends(&self.surface.supports[n]);
+            let common: Supports = ends_of(a)
                 .filter(|s| self.surface.supports[b].contains(s))
                 .collect();
             if common.is_empty() {
                 let middle = 0.5 * (self.surface.points[a] + self.surface.points[b]);
-                let nearest = faces(a).chain(faces(b)).min_by(|s, t| {
+                let nearest = ends_of(a).chain(ends_of(b)).min_by(|s, t| {
                     let moved = |f: Support| {
                         let on = [supports[0], f];
                         self.placer.place(middle, &on).distance(middle)

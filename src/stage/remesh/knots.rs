@@ -8,7 +8,7 @@ use super::dust::keeps_together;
 use super::surface::{Surface, key};
 use crate::geom::orient::{folded, turned};
 use crate::geom::placer::Placer;
-use crate::model::complex::{EdgeKind, MidComplex, faces};
+use crate::model::complex::{EdgeKind, MidComplex, ends};
 use crate::model::ids::{IndexVec, NodeId, TriangleId};
 
 /// Contracts an edge of every triangle whose normal is turned from its wall's, in a complex whose sheets are wound one way.
@@ -56,7 +56,7 @@ fn fixed(complex: &MidComplex) -> IndexVec<NodeId, bool> {
     complex
         .nodes
         .enumerated()
-        .map(|(n, node)| !matches!(degree[n], 0 | 2) || faces(&node.supports).count() > 1)
+        .map(|(n, node)| !matches!(degree[n], 0 | 2) || ends(&node.supports).count() > 1)
         .collect()
 }
 

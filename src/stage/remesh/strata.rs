@@ -6,7 +6,7 @@
 //! Then curves are cut at corners of shape.
 
 use super::surface::{Class, Surface};
-use crate::model::complex::faces;
+use crate::model::complex::ends;
 use crate::model::ids::{IndexVec, NodeId, WallId};
 use glam::DVec3;
 use smallvec::SmallVec;
@@ -188,7 +188,7 @@ fn sharp(
     let mut found = Vec::new();
     for i in inside {
         let turn = turns[i];
-        let faces = faces(&surface.supports[chain.nodes[i]]).count();
+        let faces = ends(&surface.supports[chain.nodes[i]]).count();
         let alone = sides[i].iter().all(|&s| turns[s] < ALONE * turn);
         let least = if faces >= 2 {
             FACE_SHARE * crease_angle

@@ -14,7 +14,7 @@ use super::shape::{area_vector, distance_to_segment, quality};
 use super::surface::Surface;
 use crate::geom::orient::orient;
 use crate::geom::placer::Placer;
-use crate::model::complex::{MidComplex, MidTriangle, faces};
+use crate::model::complex::{MidComplex, MidTriangle, ends};
 use crate::model::ids::{NodeId, TriangleId};
 use glam::DVec3;
 
@@ -144,7 +144,7 @@ fn mergers(surface: &Surface, t: TriangleId, placer: &dyn Placer) -> Vec<Step> {
             .all(|d| d.is_some_and(|d| surface.length(a, b) < d.abs()));
         for (gone, kept) in [(a, b), (b, a)] {
             let on_curves = !surface.feature_neighbours(kept).is_empty();
-            let rim_corner = faces(&surface.supports[gone]).count() > 1;
+            let rim_corner = ends(&surface.supports[gone]).count() > 1;
             if near && on_curves && !rim_corner && keeps_together(surface, gone, kept) {
                 steps.push(Step::Contract { gone, kept });
             }
@@ -214,7 +214,7 @@ fn between(surface: &Surface, n: NodeId, placer: &dyn Placer) -> Vec<NodeId> {
     match *surface.feature_neighbours(n) {
         [] => surface.neighbours(n).to_vec(),
         [a, b]
-            if faces(&surface.supports[n]).count() < 2 && passes_by(surface, n, [a, b], placer) =>
+            if ends(&surface.supports[n]).count() < 2 && passes_by(surface, n, [a, b], placer) =>
         {
             vec![a, b]
         }
@@ -272,7 +272,7 @@ fn may_go(surface: &Surface, gone: NodeId, kept: NodeId, placer: &dyn Placer) ->
         [a] => a == kept,
         [a, b] if a == kept || b == kept => {
             let far = if a == kept { b } else { a };
-            faces(&surface.supports[gone]).count() < 2
+            ends(&surface.supports[gone]).count() < 2
                 && passes_by(surface, gone, [kept, far], placer)
                 && !surface.feature_neighbours(kept).contains(&far)
         }
