@@ -211,7 +211,8 @@ impl TriangleBvh {
         self.nearest_where(p, radius, |_| true)
     }
 
-    /// The nearest point, at most `radius` away, of the triangles whose index passes `wanted`.
+    /// The nearest point, at most `radius` away, of the triangles whose index passes `wanted`, which is asked before a distance is taken: it should
+    /// cost less than that, and answer the same whenever it is asked.
     pub fn nearest_where(
         &self,
         p: DVec3,
@@ -318,13 +319,16 @@ impl TriangleBvh {
                     continue;
                 }
                 let index = self.indices[k as usize];
+                if !wanted(index as usize) {
+                    continue;
+                }
                 let point = nearest_on_triangle(self.triangles[k as usize], p);
                 let e2 = point.distance_squared(p);
                 let better = match best {
                     None => e2 <= limit,
                     Some((b2, b, _)) => e2 < b2 || (e2 == b2 && index < b),
                 };
-                if better && wanted(index as usize) {
+                if better {
                     best = Some((e2, index, point));
                     limit = e2;
                     slot = k;
