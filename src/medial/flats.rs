@@ -223,7 +223,7 @@ mod tests {
     #[test]
     fn the_short_way_ends_where_the_search_does_whatever_was_asked_before() {
         let mut short = 0;
-        for solid in [plate(2), ell(2), tee(2), step_plate(2)] {
+        for solid in [plate(2), ell(2), tee(2), step_plate()] {
             let brep = &solid.brep;
             let aag = adjacency(brep);
             let pairing = pair(brep, &aag, &sight(brep), &PairOptions::default());
