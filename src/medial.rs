@@ -7,6 +7,7 @@
 
 mod corner;
 mod edges;
+mod flats;
 mod memory;
 mod queries;
 mod reach;
@@ -22,6 +23,7 @@ use crate::model::walls::{Aag, Convexity, Pairing};
 use crate::spatial::{Hint, TriangleBvh};
 use corner::InnerEdges;
 use edges::{Edges, OnEdge};
+use flats::Flats;
 use glam::DVec3;
 use memory::Memory;
 use slant::Slants;
@@ -163,6 +165,7 @@ pub struct Medial<'a> {
     curvature: IndexVec<FacetId, f64>,
     typical: f64,
     memory: Memory,
+    flats: Flats,
 }
 
 impl<'a> Medial<'a> {
@@ -189,7 +192,7 @@ impl<'a> Medial<'a> {
                 faces,
             }
         };
-        let sides = pairing
+        let sides: IndexVec<WallId, [Surface; 2]> = pairing
             .walls
             .iter()
             .map(|w| [0, 1].map(|s| surface(&mut w.sides[s].iter().copied())))
@@ -245,6 +248,7 @@ impl<'a> Medial<'a> {
             .map(|w| REACH * w.thickness + reach::blends(aag, pairing, w).min(REACH * w.thickness))
             .collect();
         let typical = thickness.iter().sum::<f64>() / (thickness.len().max(1) as f64);
+        let flats = Flats::new(brep, &sides);
         let mut medial = Self {
             brep,
             sides,
@@ -259,6 +263,7 @@ impl<'a> Medial<'a> {
             curvature,
             typical,
             memory: Memory::new(brep.facets.len()),
+            flats,
         };
         medial.slants = Slants::new(&medial, brep, aag, &pairing.walls);
         medial
@@ -321,7 +326,8 @@ impl<'a> Medial<'a> {
     fn feet_from(&self, p: DVec3, wall: WallId, hints: &mut Hints) -> Option<[Foot; 2]> {
         let [a, b] = &self.sides[wall];
         let [first, second] = hints;
-        let (mut first, mut second) = (self.foot(a, p, first)?, self.foot(b, p, second)?);
+        let mut first = self.side_foot(wall, 0, p, first)?;
+        let mut second = self.side_foot(wall, 1, p, second)?;
         let reach = OWN_SIDE * self.thickness[wall];
         // A foot across a gap lies behind the other side's; one that a step overshot lies before it.
         if first.point.distance_squared(p) > second.point.distance_squared(p) {

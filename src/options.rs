@@ -10,7 +10,8 @@ use std::time::Duration;
 
 /// Longest that import may take over all its attempts. Parts that gmsh can fill take seconds; fTetWild, the last resort, takes up to half a minute
 /// after gmsh has given up.
-const TIME_LIMIT: Duration = Duration::from_secs(90);
+/// So a refusal comes within a minute.
+const TIME_LIMIT: Duration = Duration::from_secs(58);
 
 /// The choices of one run.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]

@@ -21,6 +21,9 @@ const LEAF_SIZE: u32 = 2;
 /// Boxes are compared with this relative slack, which is far more than the rounding in a squared distance or a slab test.
 const SLACK: f64 = 1.0 + 1e-12;
 
+/// The bounds of a ray without an end.
+const AHEAD: [f64; 2] = [0.0, f64::INFINITY];
+
 /// A ray that comes nearer to a side of a triangle than this (as a corner weight) may be counted on both sides of it; another
 /// ray is then asked whether a point is inside.
 const GRAZING: f64 = 1e-9;
@@ -38,8 +41,8 @@ const PARITY_DIRECTIONS: [DVec3; 7] = [
 
 #[derive(Clone, Copy, Debug)]
 struct Node {
-    low: [f32; 3],
-    high: [f32; 3],
+    low: Vec3A,
+    high: Vec3A,
     /// First triangle of a leaf, or first of two children.
     first: u32,
     /// Triangles of a leaf; zero for an inner node.
@@ -47,38 +50,54 @@ struct Node {
 }
 
 impl Node {
-    /// Squared distance from a point (relative to the hierarchy's centre) to the box; zero inside.
+    /// Squared distance from a point to the box, never more than it is; zero inside.
     #[inline]
-    fn distance_squared(&self, p: DVec3) -> f64 {
-        let mut d2 = 0.0;
-        for k in 0..3 {
-            let (low, high) = (f64::from(self.low[k]), f64::from(self.high[k]));
-            let d = (low - p[k]).max(p[k] - high).max(0.0);
-            d2 += d * d;
-        }
-        d2
+    fn distance_squared(&self, p: Probe) -> f64 {
+        let d = (self.low - p.at).max(p.at - self.high) - p.slack;
+        // Squares of f32 would leave its range where lengths do not.
+        let d = d.max(Vec3A::ZERO).as_dvec3();
+        d.length_squared()
     }
 
-    /// The stretch of the ray inside the box, cut to `from..=to`; `None` where it is empty.
+    /// How near to its origin the line is inside the box and within the bounds, negative where its origin is; `None` where it is never.
     #[inline]
-    fn span(&self, origin: DVec3, inverse: DVec3, from: f64, to: f64) -> Option<f64> {
+    fn span(&self, origin: DVec3, inverse: DVec3, [from, to]: [f64; 2]) -> Option<f64> {
         let (mut near, mut far) = (from, to);
+        let (low, high) = (self.low.as_dvec3(), self.high.as_dvec3());
         for k in 0..3 {
-            let (low, high) = (f64::from(self.low[k]), f64::from(self.high[k]));
             if inverse[k].is_finite() {
                 let (t0, t1) = (
-                    (low - origin[k]) * inverse[k],
-                    (high - origin[k]) * inverse[k],
+                    (low[k] - origin[k]) * inverse[k],
+                    (high[k] - origin[k]) * inverse[k],
                 );
-                near = near.max(t0.min(t1));
-                far = far.min(t0.max(t1));
-            } else if origin[k] < low || origin[k] > high {
+                near = larger(near, smaller(t0, t1));
+                far = smaller(far, larger(t0, t1));
+            } else if origin[k] < low[k] || origin[k] > high[k] {
                 return None;
             }
         }
         let slack = (SLACK - 1.0) * (near.abs() + far.abs());
-        (near <= far + if slack.is_finite() { slack } else { 0.0 }).then_some(near)
+        (near <= far + if slack.is_finite() { slack } else { 0.0 }).then_some(larger(near, -far))
     }
+}
+
+/// The larger of two numbers that are none of them NaN: one instruction, where `f64::max` takes four.
+#[inline]
+fn larger(a: f64, b: f64) -> f64 {
+    if a > b { a } else { b }
+}
+
+/// The smaller of two numbers that are none of them NaN.
+#[inline]
+fn smaller(a: f64, b: f64) -> f64 {
+    if a < b { a } else { b }
+}
+
+/// A point in f32, relative to the hierarchy's centre, and what may be lost in taking a box's distance from it.
+#[derive(Clone, Copy, Debug)]
+struct Probe {
+    at: Vec3A,
+    slack: Vec3A,
 }
 
 /// The nearest point of a set of triangles.
@@ -107,6 +126,8 @@ pub struct TriangleBvh {
     /// #T places in the caller's slice.
     indices: Vec<u32>,
     centre: DVec3,
+    /// Largest coordinate of all boxes.
+    reach: f32,
 }
 
 impl TriangleBvh {
@@ -153,17 +174,22 @@ impl TriangleBvh {
             .iter()
             .map(|&i| finite[i as usize])
             .collect();
+        let nodes: Vec<Node> = bvh
+            .nodes
+            .iter()
+            .map(|n| Node {
+                low: n.aabb().min,
+                high: n.aabb().max,
+                first: n.first_index,
+                count: n.prim_count,
+            })
+            .collect();
+        let reach = nodes.first().map_or(0.0, |n| {
+            n.low.abs().max_element().max(n.high.abs().max_element())
+        });
         Self {
-            nodes: bvh
-                .nodes
-                .iter()
-                .map(|n| Node {
-                    low: n.aabb().min.to_array(),
-                    high: n.aabb().max.to_array(),
-                    first: n.first_index,
-                    count: n.prim_count,
-                })
-                .collect(),
+            nodes,
+            reach,
             triangles: indices.iter().map(|&i| triangles[i as usize]).collect(),
             indices,
             centre,
@@ -185,7 +211,8 @@ impl TriangleBvh {
         self.nearest_where(p, radius, |_| true)
     }
 
-    /// The nearest point, at most `radius` away, of the triangles whose index passes `wanted`.
+    /// The nearest point, at most `radius` away, of the triangles whose index passes `wanted`, which is asked before a distance is taken: it should
+    /// cost less than that, and answer the same whenever it is asked.
     pub fn nearest_where(
         &self,
         p: DVec3,
@@ -202,9 +229,26 @@ impl TriangleBvh {
         self.search(p, f64::INFINITY, hint, |_| true)
     }
 
+    fn probe(&self, p: DVec3) -> Probe {
+        let at = (p - self.centre).as_vec3a();
+        // Rounding of the point, and of a difference between it and a box: a unit in the last place (2^-24) each of some coordinate of theirs.
+        let slack = 2.0 * f32::EPSILON * self.reach.max(at.abs().max_element());
+        if slack.is_finite() {
+            Probe {
+                at,
+                slack: Vec3A::splat(slack),
+            }
+        } else {
+            Probe {
+                at: Vec3A::ZERO,
+                slack: Vec3A::INFINITY,
+            }
+        }
+    }
+
     /// The distance of some triangle that is at most `radius` away, not always the nearest: faster than a search for that.
     pub fn any_within(&self, p: DVec3, radius: f64) -> Option<f64> {
-        let q = p - self.centre;
+        let q = self.probe(p);
         let limit = radius * radius;
         let root = self.nodes.first()?;
         let mut stack: SmallVec<[(f64, u32); 64]> = SmallVec::new();
@@ -235,9 +279,9 @@ impl TriangleBvh {
         hint: Option<Hint>,
         mut wanted: impl FnMut(usize) -> bool,
     ) -> Option<Nearest> {
-        let q = p - self.centre;
+        let q = self.probe(p);
         let root = self.nodes.first()?;
-        if !q.is_finite() || radius.is_nan() || radius < 0.0 {
+        if !p.is_finite() || radius.is_nan() || radius < 0.0 {
             return None;
         }
         let mut best: Option<(f64, u32, DVec3)> = None;
@@ -275,13 +319,16 @@ impl TriangleBvh {
                     continue;
                 }
                 let index = self.indices[k as usize];
+                if !wanted(index as usize) {
+                    continue;
+                }
                 let point = nearest_on_triangle(self.triangles[k as usize], p);
                 let e2 = point.distance_squared(p);
                 let better = match best {
                     None => e2 <= limit,
                     Some((b2, b, _)) => e2 < b2 || (e2 == b2 && index < b),
                 };
-                if better && wanted(index as usize) {
+                if better {
                     best = Some((e2, index, point));
                     limit = e2;
                     slot = k;
@@ -309,8 +356,18 @@ impl TriangleBvh {
         direction: DVec3,
         least: f64,
     ) -> Option<(usize, RayHit)> {
+        self.first_hit_between(origin, direction, [least, f64::INFINITY])
+    }
+
+    /// The first triangle that the ray meets no nearer than the first and no further than the second of two bounds, in units of the direction's length.
+    pub fn first_hit_between(
+        &self,
+        origin: DVec3,
+        direction: DVec3,
+        bounds: [f64; 2],
+    ) -> Option<(usize, RayHit)> {
         let mut best: Option<(usize, RayHit)> = None;
-        self.along(origin, direction, least, |index, hit| {
+        self.along(origin, direction, bounds, |index, hit| {
             let better = match &best {
                 None => true,
                 Some((b, old)) => hit.t < old.t || (hit.t == old.t && index < *b),
@@ -318,7 +375,7 @@ impl TriangleBvh {
             if better {
                 best = Some((index, hit));
             }
-            best.map_or(f64::INFINITY, |(_, hit)| hit.t)
+            [bounds[0], best.map_or(f64::INFINITY, |(_, hit)| hit.t)]
         });
         best
     }
@@ -326,9 +383,9 @@ impl TriangleBvh {
     /// All triangles that the ray meets, in order of distance (ties by index).
     pub fn all_hits(&self, origin: DVec3, direction: DVec3) -> Vec<(usize, RayHit)> {
         let mut hits = Vec::new();
-        self.along(origin, direction, 0.0, |index, hit| {
+        self.along(origin, direction, AHEAD, |index, hit| {
             hits.push((index, hit));
-            f64::INFINITY
+            AHEAD
         });
         hits.sort_unstable_by(|a, b| a.1.t.total_cmp(&b.1.t).then(a.0.cmp(&b.0)));
         hits
@@ -340,10 +397,10 @@ impl TriangleBvh {
         let mut votes = 0;
         for direction in PARITY_DIRECTIONS {
             let (mut crossings, mut sure) = (0, true);
-            self.along(p, direction, 0.0, |_, hit| {
+            self.along(p, direction, AHEAD, |_, hit| {
                 crossings += 1;
                 sure &= hit.weights.iter().all(|&w| w > GRAZING);
-                f64::INFINITY
+                AHEAD
             });
             let odd = crossings % 2 == 1;
             if sure {
@@ -354,32 +411,48 @@ impl TriangleBvh {
         votes > 0
     }
 
-    /// Gives all hits at `least` or further to `visit`, which answers how far the walk needs to go on.
+    /// How far it is to the first triangles that the ray and its opposite meet, in units of the direction's length; infinite where there is none up to `most`.
+    pub fn first_distances(&self, origin: DVec3, direction: DVec3, most: f64) -> [f64; 2] {
+        let (mut ahead, mut behind) = (f64::INFINITY, f64::INFINITY);
+        // One walk for both: the hits that count are those between the nearest on either side.
+        self.along(origin, direction, [-most, most], |_, hit| {
+            if hit.t >= 0.0 {
+                ahead = smaller(ahead, hit.t);
+            }
+            if hit.t <= 0.0 {
+                behind = smaller(behind, -hit.t);
+            }
+            [-smaller(behind, most), smaller(ahead, most)]
+        });
+        [ahead, behind]
+    }
+
+    /// Gives all hits within the bounds to `visit`, which answers with bounds for the rest of the walk.
     fn along(
         &self,
         origin: DVec3,
         direction: DVec3,
-        least: f64,
-        mut visit: impl FnMut(usize, RayHit) -> f64,
+        bounds: [f64; 2],
+        mut visit: impl FnMut(usize, RayHit) -> [f64; 2],
     ) {
         if self.nodes.is_empty() || !origin.is_finite() || direction == DVec3::ZERO {
             return;
         }
         let ray = Ray::new(origin, direction);
         let (from, inverse) = (origin - self.centre, direction.recip());
-        let mut limit = f64::INFINITY;
+        let mut bounds = bounds;
         let mut stack: SmallVec<[(f64, u32); 64]> = SmallVec::new();
-        if let Some(t) = self.nodes[0].span(from, inverse, least, limit) {
+        if let Some(t) = self.nodes[0].span(from, inverse, bounds) {
             stack.push((t, 0));
         }
         while let Some((t, at)) = stack.pop() {
-            if t - (SLACK - 1.0) * t.abs() > limit {
+            if t - (SLACK - 1.0) * t.abs() > larger(bounds[1], -bounds[0]) {
                 continue;
             }
             let node = &self.nodes[at as usize];
             if node.count == 0 {
                 let span = |i: u32| {
-                    let t = self.nodes[i as usize].span(from, inverse, least, limit);
+                    let t = self.nodes[i as usize].span(from, inverse, bounds);
                     t.map(|t| (t, i))
                 };
                 match (span(node.first), span(node.first + 1)) {
@@ -391,10 +464,10 @@ impl TriangleBvh {
             }
             for k in node.first..node.first + node.count {
                 if let Some(hit) = ray.meets(self.triangles[k as usize])
-                    && hit.t >= least
-                    && hit.t <= limit
+                    && hit.t >= bounds[0]
+                    && hit.t <= bounds[1]
                 {
-                    limit = visit(self.indices[k as usize] as usize, hit);
+                    bounds = visit(self.indices[k as usize] as usize, hit);
                 }
             }
         }
@@ -468,6 +541,18 @@ mod tests {
                     .filter_map(|(i, t)| ray.meets(*t).filter(|h| h.t >= 0.0).map(|h| (i, h)))
                     .collect();
                 all.sort_by(|a, b| a.1.t.total_cmp(&b.1.t).then(a.0.cmp(&b.0)));
+                let back = bvh.first_hit(p, -d).map_or(f64::INFINITY, |(_, t)| t);
+                let ahead = all.first().map_or(f64::INFINITY, |(_, h)| h.t);
+                assert_eq!(
+                    bvh.first_distances(p, d, f64::INFINITY),
+                    [ahead, back],
+                    "bit by bit"
+                );
+                let within = |t: f64| if t <= 0.1 { t } else { f64::INFINITY };
+                assert_eq!(bvh.first_distances(p, d, 0.1), [ahead, back].map(within));
+                let between = bvh.first_hit_between(p, d, [0.0, 0.1]);
+                let first = all.first().copied();
+                assert_eq!(between, first.filter(|(_, h)| h.t <= 0.1));
                 assert_eq!(bvh.first_hit(p, d), all.first().map(|(i, h)| (*i, h.t)));
                 assert_eq!(bvh.all_hits(p, d), all);
             }
@@ -556,5 +641,7 @@ mod tests {
         let hit = bvh.first_hit(DVec3::new(30.25, 0.25, 7.0), DVec3::new(0.0, 0.0, -1.0));
         assert_eq!(hit, Some((32, 7.0)));
         assert!(bvh.nearest(DVec3::NAN).is_none());
+        let far = bvh.nearest(DVec3::splat(-1e60)).unwrap();
+        assert_eq!((far.index, far.distance), (2, DVec3::splat(1e60).length()));
     }
 }

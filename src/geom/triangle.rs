@@ -105,13 +105,28 @@ impl Ray {
     /// Where the whole line meets the triangle; `None` past its sides, and where the triangle is seen edge-on.
     #[inline]
     pub fn meets(&self, corners: [DVec3; 3]) -> Option<RayHit> {
-        let [kx, ky, kz] = self.axes;
+        // With the axes known to the compiler no coordinate is picked at run time.
+        match self.axes {
+            [1, 2, 0] => self.meets_along::<1, 2, 0>(corners),
+            [2, 1, 0] => self.meets_along::<2, 1, 0>(corners),
+            [2, 0, 1] => self.meets_along::<2, 0, 1>(corners),
+            [0, 2, 1] => self.meets_along::<0, 2, 1>(corners),
+            [0, 1, 2] => self.meets_along::<0, 1, 2>(corners),
+            _ => self.meets_along::<1, 0, 2>(corners),
+        }
+    }
+
+    #[inline]
+    fn meets_along<const X: usize, const Y: usize, const Z: usize>(
+        &self,
+        corners: [DVec3; 3],
+    ) -> Option<RayHit> {
         let [a, b, c] = corners.map(|p| {
             let q = p - self.origin;
             DVec3::new(
-                q[kx] - self.shear.x * q[kz],
-                q[ky] - self.shear.y * q[kz],
-                q[kz] * self.shear.z,
+                q[X] - self.shear.x * q[Z],
+                q[Y] - self.shear.y * q[Z],
+                q[Z] * self.shear.z,
             )
         });
         let u = c.x * b.y - c.y * b.x;

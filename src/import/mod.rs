@@ -79,7 +79,7 @@ impl Default for ImportOptions {
             gmsh: None,
             unit: None,
             size_factor: 1.0,
-            time_limit: Duration::from_secs(90),
+            time_limit: Duration::from_secs(58),
             threads: None,
             memory_limit: Some(MEMORY_LIMIT),
         }

@@ -8,8 +8,9 @@ use crate::model::ids::{Id, WallId};
 use glam::DVec3;
 use std::sync::Mutex;
 
-/// Points worth remembering a facet: a mesh of the mid-surface has fewer nodes and triangles than the solid has facets, and each may be asked for at some places.
-const A_FACET: usize = 2;
+/// Points worth remembering a facet: a raw complex has about as many triangles as the solid has facets, each is asked for round after round, and with four
+/// places a point few take the place of another.
+const A_FACET: usize = 8;
 /// Bounds on the number of places, as powers of two: about 0.2 MB and 80 MB. Passes over a complex with more triangles than places find nothing remembered.
 const BITS: [u32; 2] = [10, 19];
 

@@ -3,7 +3,6 @@
 use super::disjoint::Disjoint;
 use super::ids::{CurveId, FaceId, Id, IndexVec, NodeId, TriangleId, WallId};
 use glam::DVec3;
-use rayon::prelude::*;
 use smallvec::SmallVec;
 
 /// A surface that a node must lie on.
@@ -103,21 +102,38 @@ pub struct MidEdge {
 impl MidComplex {
     /// All edges in order of their ends.
     pub fn edges(&self) -> Vec<MidEdge> {
-        let mut half: Vec<(NodeId, NodeId, TriangleId)> =
-            Vec::with_capacity(self.triangles.len() * 3);
-        for (id, t) in self.triangles.enumerated() {
-            for k in 0..3 {
-                let (a, b) = (t.nodes[k], t.nodes[(k + 1) % 3]);
-                half.push((a.min(b), a.max(b), id));
-            }
-        }
-        half.par_sort_unstable();
-        half.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1))
-            .map(|run| MidEdge {
-                ends: [run[0].0, run[0].1],
-                triangles: run.iter().map(|h| h.2).collect(),
+        // Sorted by the lower end through counting, which leaves short lists to sort by the other.
+        let mut first = vec![0u32; self.nodes.len() + 2];
+        let sides = || {
+            self.triangles.enumerated().flat_map(|(id, t)| {
+                [0, 1, 2].map(|k| {
+                    let (a, b) = (t.nodes[k], t.nodes[(k + 1) % 3]);
+                    (a.min(b), a.max(b), id)
+                })
             })
-            .collect()
+        };
+        for (low, ..) in sides() {
+            first[low.index() + 2] += 1;
+        }
+        for i in 2..first.len() {
+            first[i] += first[i - 1];
+        }
+        let mut half = vec![(NodeId(0), TriangleId(0)); 3 * self.triangles.len()];
+        for (low, high, id) in sides() {
+            let at = &mut first[low.index() + 1];
+            half[*at as usize] = (high, id);
+            *at += 1;
+        }
+        let mut edges = Vec::with_capacity(half.len() / 2);
+        for low in self.nodes.ids() {
+            let of_low = &mut half[first[low.index()] as usize..first[low.index() + 1] as usize];
+            of_low.sort_unstable();
+            edges.extend(of_low.chunk_by(|a, b| a.0 == b.0).map(|run| MidEdge {
+                ends: [low, run[0].0],
+                triangles: run.iter().map(|h| h.1).collect(),
+            }));
+        }
+        edges
     }
 
     /// How an edge lies in the complex.

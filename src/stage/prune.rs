@@ -103,8 +103,11 @@ fn idle_sheets(
     let mut small: Vec<(f64, Vec<TriangleId>)> = of_sheet
         .into_iter()
         .filter_map(|(s, list)| {
-            let least = list.iter().map(|&t| thickness(t)).fold(0.0, f64::max);
-            let fin = size_of[&s] < LARGEST * least * least || surplus.contains_key(&s);
+            let small = |&t: &TriangleId| {
+                let thickness = thickness(t);
+                size_of[&s] < LARGEST * thickness * thickness
+            };
+            let fin = surplus.contains_key(&s) || list.par_iter().any(small);
             fin.then_some((size_of[&s], list))
         })
         .collect();

@@ -42,6 +42,12 @@ impl ReadyFacet {
         self.corners
     }
 
+    /// Unit normal of its flat triangle.
+    #[inline]
+    pub fn flat_normal(&self) -> DVec3 {
+        self.flat_normal
+    }
+
     /// How far its mid-side points lie off the middles of its sides; zero where it is flat to rounding.
     #[inline]
     pub fn sag(&self) -> f64 {

@@ -47,10 +47,7 @@ fn first_cut(soup: &Soup, bvh: &TriangleBvh, t: usize, side: [u32; 2], depth: f6
     let [a, b] = side.map(|v| soup.points[v as usize]);
     let mut from = SAME;
     for _ in 0..MET {
-        let (u, hit) = bvh.first_hit_beyond(a, b - a, from)?;
-        if hit.t > 1.0 - SAME {
-            return None;
-        }
+        let (u, hit) = bvh.first_hit_between(a, b - a, [from, 1.0 - SAME])?;
         let other = soup.triangles[u];
         if !side.iter().any(|v| other.contains(v)) {
             let [p, q, r] = soup.corners(u);

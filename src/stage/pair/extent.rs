@@ -23,6 +23,9 @@ const REACH: f64 = 1.0;
 /// over such a reach.
 const ALIKE: f64 = 1.35;
 
+/// Rays end here, in thicknesses: what is further off is beyond reach, and no side of a wall that goes on.
+const FAR: f64 = if ALIKE > REACH { ALIKE } else { REACH };
+
 /// Between two sides that bend together the sum of the distances stays; it may change by this factor, the sagitta of six facets round a bore. Between
 /// a bore and a flat face it changes more before the bore is as wide as the wall is thick.
 const SAME: f64 = 1.1;
@@ -71,7 +74,10 @@ impl Boundary<'_> {
                 })
                 .map_or(f64::INFINITY, |near| near.distance)
         };
-        distance(inward) + distance(-inward)
+        match distance(inward) {
+            d if d.is_finite() => d + distance(-inward),
+            none => none,
+        }
     }
 }
 
@@ -111,14 +117,13 @@ fn reach(
 ) -> (f64, End) {
     let bvh = boundary.bvh;
     let free = bvh
-        .first_hit(middle, direction)
-        .map_or(f64::INFINITY, |(_, d)| d / across);
+        .first_hit_between(middle, direction, [0.0, FAR * across])
+        .map_or(f64::INFINITY, |(_, hit)| hit.t / across);
+    // Infinite where either side is further off than the wall may be thick: how far does not matter then.
     let thickness = |next: f64| {
         let at = middle + direction * (next * across);
-        [inward, -inward]
-            .into_iter()
-            .map(|d| bvh.first_hit(at, d).map_or(f64::INFINITY, |(_, t)| t))
-            .sum::<f64>()
+        let [a, b] = bvh.first_distances(at, inward, FAR * across);
+        a + b
     };
     // Round a thick tube the ray leaves the bore beside it long before the wall ends: there the distances to both sides tell.
     let bends_on = |next: f64| {
