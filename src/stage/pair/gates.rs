@@ -42,8 +42,8 @@ impl Default for PairOptions {
     }
 }
 
-/// A wall is wider than this in one direction at least: the diagonal of a cube is not.
-const LEAST_LENGTH: f64 = 1.5;
+/// A wall is wider than this in one direction at least: the diagonal of a cube is not, √2 and a little for rounding.
+const LEAST_LENGTH: f64 = 1.42;
 /// Of a bar the thinner direction is the wall's. Its two directions differ by more than this, the eight directions' error.
 const BAR: f64 = 1.1;
 
