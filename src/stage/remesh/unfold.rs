@@ -6,6 +6,7 @@
 //! Guarantees: homotopy type and feature curves stay (contraction under the link condition, along curves only where these are straight); ends and forks of curves and
 //! corners of rims stay; moved nodes are put onto their supports; nowhere do folds become more, nor needles of folded triangles.
 //! Exceptions, where nothing else mends a fold: a needle may be left, and forks nearer to each other than the walls are thick become one.
+//! What no single step mends is left to `search`, which tries several in a row.
 //! Limits: folds over which the curves themselves cross stay. Cost: linear in the number of folded triangles, some thousand operations each.
 
 use super::dust::keeps_together;
