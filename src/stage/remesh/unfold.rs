@@ -6,10 +6,12 @@
 //! Guarantees: homotopy type and feature curves stay (contraction under the link condition, along curves only where these are straight); ends and forks of curves and
 //! corners of rims stay; moved nodes are put onto their supports; nowhere do folds become more, nor needles of folded triangles.
 //! Exceptions, where nothing else mends a fold: a needle may be left, and forks nearer to each other than the walls are thick become one.
+//! What no single step mends is left to `search`, which tries several in a row.
 //! Limits: folds over which the curves themselves cross stay. Cost: linear in the number of folded triangles, some thousand operations each.
 
 use super::dust::keeps_together;
 use super::flat::{hinges, remove_flat};
+use super::search::search;
 use super::shape::{area_vector, distance_to_segment, quality};
 use super::surface::Surface;
 use crate::geom::orient::orient;
@@ -45,9 +47,16 @@ pub fn unfold(mut complex: MidComplex, placer: &dyn Placer) -> MidComplex {
         let all: Vec<TriangleId> = surface.live_triangles().collect();
         let bad = Part::new(&surface, all.clone(), all.len()).bad(&surface);
         let mut mended = false;
-        for t in bad {
+        for &t in &bad {
             if surface.lives(t) {
                 mended |= mend(&mut surface, t, placer);
+            }
+        }
+        if !mended {
+            for &t in &bad {
+                if surface.lives(t) {
+                    mended |= search(&mut surface, t, placer);
+                }
             }
         }
         if !mended {
@@ -59,7 +68,7 @@ pub fn unfold(mut complex: MidComplex, placer: &dyn Placer) -> MidComplex {
 
 /// A step that may mend.
 #[derive(Clone, Debug)]
-enum Step {
+pub(super) enum Step {
     Move(Vec<(NodeId, DVec3)>),
     Flip([NodeId; 2], [TriangleId; 2]),
     Contract { gone: NodeId, kept: NodeId },
@@ -67,10 +76,17 @@ enum Step {
 
 /// How bad a part is.
 #[derive(Clone, Copy, Debug)]
-struct Score {
-    folds: usize,
+pub(super) struct Score {
+    pub folds: usize,
     area: f64,
-    least: f64,
+    pub least: f64,
+}
+
+impl Score {
+    /// Twice the area that is folded.
+    pub fn folded_area(&self) -> f64 {
+        self.area
+    }
 }
 
 fn mend(surface: &mut Surface, t: TriangleId, placer: &dyn Placer) -> bool {
@@ -108,16 +124,21 @@ fn mend(surface: &mut Surface, t: TriangleId, placer: &dyn Placer) -> bool {
         }
         return goes;
     };
+    apply(surface, &step);
+    true
+}
+
+/// Does a step.
+pub(super) fn apply(surface: &mut Surface, step: &Step) {
     match step {
         Step::Move(places) => {
-            for (n, p) in places {
+            for &(n, p) in places {
                 surface.points[n] = p;
             }
         }
-        Step::Flip(edge, pair) => surface.flip(edge, pair),
-        Step::Contract { gone, kept } => surface.contract(gone, kept),
+        &Step::Flip(edge, pair) => surface.flip(edge, pair),
+        &Step::Contract { gone, kept } => surface.contract(gone, kept),
     }
-    true
 }
 
 /// Of the steps with an outcome that will do, the one that leaves the fewest folds and, of these, the best shapes.
@@ -130,7 +151,7 @@ fn best(rated: &[(Score, Step)], will_do: &dyn Fn(&Score) -> bool) -> Option<Ste
 }
 
 /// Contractions of the triangle's edges that make one of two forks or curves inside one block of material: nearer to each other than the walls there are thick.
-fn mergers(surface: &Surface, t: TriangleId, placer: &dyn Placer) -> Vec<Step> {
+pub(super) fn mergers(surface: &Surface, t: TriangleId, placer: &dyn Placer) -> Vec<Step> {
     let nodes = surface.triangle(t).nodes;
     let mut steps = Vec::new();
     for k in 0..3 {
@@ -154,7 +175,7 @@ fn mergers(surface: &Surface, t: TriangleId, placer: &dyn Placer) -> Vec<Step> {
 }
 
 /// The steps that could mend a triangle and are allowed.
-fn steps(surface: &Surface, t: TriangleId, placer: &dyn Placer) -> Vec<Step> {
+pub(super) fn steps(surface: &Surface, t: TriangleId, placer: &dyn Placer) -> Vec<Step> {
     let nodes = surface.triangle(t).nodes;
     let mut steps = Vec::new();
     let mut wide: Vec<NodeId> = nodes.to_vec();
@@ -282,7 +303,7 @@ fn may_go(surface: &Surface, gone: NodeId, kept: NodeId, placer: &dyn Placer) ->
 }
 
 /// The triangles within some rings of a triangle, sorted.
-fn rings(surface: &Surface, t: TriangleId, count: usize) -> Vec<TriangleId> {
+pub(super) fn rings(surface: &Surface, t: TriangleId, count: usize) -> Vec<TriangleId> {
     let mut all = vec![t];
     for _ in 0..count {
         all = with_ring(surface, &all);
@@ -317,14 +338,14 @@ fn with_neighbours(surface: &Surface, mut triangles: Vec<TriangleId>) -> Vec<Tri
 }
 
 /// Some triangles, of which the first `inside` are judged.
-struct Part {
+pub(super) struct Part {
     ids: Vec<TriangleId>,
     triangles: Vec<MidTriangle>,
     inside: usize,
 }
 
 impl Part {
-    fn new(surface: &Surface, ids: Vec<TriangleId>, inside: usize) -> Self {
+    pub fn new(surface: &Surface, ids: Vec<TriangleId>, inside: usize) -> Self {
         let triangles = ids.iter().map(|&t| surface.triangle(t)).collect();
         Self {
             ids,
@@ -333,7 +354,7 @@ impl Part {
         }
     }
 
-    fn bad(&self, surface: &Surface) -> Vec<TriangleId> {
+    pub fn bad(&self, surface: &Surface) -> Vec<TriangleId> {
         judge(&self.triangles, &|n| surface.points[n])
             .into_iter()
             .zip(&self.ids)
@@ -342,7 +363,7 @@ impl Part {
             .collect()
     }
 
-    fn score(&self, surface: &Surface) -> Score {
+    pub fn score(&self, surface: &Surface) -> Score {
         self.rate(&self.triangles, &|n| surface.points[n])
     }
 
@@ -354,7 +375,7 @@ impl Part {
         self.rate(&triangles, &|n| surface.points[n])
     }
 
-    fn after(&self, surface: &Surface, step: &Step) -> Score {
+    pub fn after(&self, surface: &Surface, step: &Step) -> Score {
         let mut triangles = self.triangles.clone();
         match step {
             Step::Move(places) => {
