@@ -214,8 +214,9 @@ fn is_foot(
     }) && is_hollow(sightings, f)
 }
 
-/// A face that turns from its neighbour by less than this goes on with its side of the wall; one that turns by more ends it.
-const CONTINUES_RAD: f64 = std::f64::consts::FRAC_PI_4;
+/// A face that turns from its neighbour by less than this goes on with its side of the wall; one that turns by more ends it. A chamfer of 45 degrees goes on:
+/// the limit lies between that and 60 degrees, so that rounding never decides about an angle that drawings have.
+const CONTINUES_RAD: f64 = 52.5 * std::f64::consts::PI / 180.0;
 
 /// Faces and borders narrower than this, in thicknesses, are slivers: they say nothing of where a side ends.
 const SLIVER: f64 = 0.25;
