@@ -88,7 +88,7 @@ fn audit_table(out: &mut String, audit: &AuditReport) {
     let limits = &audit.limits;
     let maybe = |v: Option<f64>| v.map_or("-".to_owned(), percent);
     let betti = |b: [usize; 3]| b.map(|n| n.to_string()).join(", ");
-    let rows: [(&str, String, String); 14] = [
+    let rows: [(&str, String, String); 15] = [
         (
             "Euler characteristic",
             audit.euler.to_string(),
@@ -101,10 +101,11 @@ fn audit_table(out: &mut String, audit: &AuditReport) {
             betti(audit.betti_solid),
         ),
         ("R-error, median", maybe(audit.r50), String::new()),
+        ("R-error, 95 % of the mesh", maybe(audit.r95), String::new()),
         (
-            "R-error, 95 % of the mesh",
-            maybe(audit.r95),
-            format!("<= {}", percent(limits.r95)),
+            "mesh off the middle",
+            percent(audit.off_middle),
+            format!("<= {}", percent(limits.off_middle)),
         ),
         (
             "walls covered",

@@ -52,6 +52,7 @@ pub fn audit_with(
         .collect();
     let measure = walls::Measure::new(&skin, mesh, &flat, &special);
     let walls = measure.samples(SAMPLES, seed);
+    let off_middle = walls.off_middle(limits.r_error);
     // Another seed, so that the two sets of samples have nothing to do with each other.
     let seed = seed.wrapping_add(1);
     let coverage = coverage::measure(&skin, mesh, &flat, &topology.free, SAMPLES, seed);
@@ -65,6 +66,7 @@ pub fn audit_with(
         orphans: topology.orphans.len(),
         r50: walls.r50,
         r95: walls.r95,
+        off_middle,
         r_bins: walls.r_bins,
         judged_share: walls.judged_share,
         cover: coverage.cover,
@@ -139,7 +141,7 @@ fn beyond(report: &AuditReport) -> Vec<(DoubtRule, f64, f64)> {
                     let (value, limit) = (report.pieces as f64, report.solids as f64);
                     (value, limit, report.pieces != report.solids)
                 }
-                DoubtRule::RError => above(report.r95.unwrap_or(0.0), limits.r95),
+                DoubtRule::RError => above(report.off_middle, limits.off_middle),
                 DoubtRule::Cover => {
                     let value = report.cover;
                     (value, limits.cover, value < limits.cover)

@@ -35,7 +35,7 @@ impl Seen<'_> {
         match rule {
             DoubtRule::Euler => self.euler(),
             DoubtRule::Pieces => self.pieces(),
-            DoubtRule::RError => self.astray(Astray::Middle, self.limits.r95),
+            DoubtRule::RError => self.astray(Astray::Middle, self.limits.r_error),
             DoubtRule::Thickness => self.astray(Astray::Thickness, self.limits.thickness_error),
             DoubtRule::Outside => self.astray(Astray::Outside, 0.0),
             DoubtRule::Cover => self.coverage.bare.clone(),

@@ -153,6 +153,27 @@ fn sticking_out_is_found() {
 }
 
 #[test]
+fn what_is_off_the_middle_counts_by_its_share() {
+    // Tilted about the middle by 0.15 / (1 - share) at its ends, a share of the plate 3 thick is more than 0.15 off: its R-error is over 0.1.
+    let tilted = |share: f64| {
+        let end = 0.15 / (1.0 - share);
+        let mesh = moved(plate_mesh(20, 12), |p| {
+            p + DVec3::Z * end * (p.x / 50.0 - 1.0)
+        });
+        audit(&[&plate()], &mesh, SEED)
+    };
+    for share in [0.03, 0.045, 0.06, 0.2] {
+        let report = tilted(share);
+        assert!(
+            (report.off_middle - share).abs() < 0.002,
+            "{share}: {}",
+            report.off_middle
+        );
+        assert_eq!(rules(&report).contains(&DoubtRule::RError), share > 0.047);
+    }
+}
+
+#[test]
 fn an_unmerged_seam_is_found() {
     let whole = plate_mesh(20, 12);
     let (low, high) = (keep(&whole, |i| i < 120), keep(&whole, |i| i >= 120));

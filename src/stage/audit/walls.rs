@@ -129,6 +129,20 @@ pub(super) enum Astray {
     Outside,
 }
 
+impl Walls {
+    /// Share of the judged samples with a greater R-error than `limit`.
+    pub fn off_middle(&self, limit: f64) -> f64 {
+        let judged = || self.judged().map(|errors| errors[0]);
+        judged().filter(|r| *r > limit).count() as f64 / judged().count().max(1) as f64
+    }
+
+    /// The errors of the samples away from junctions and folds.
+    fn judged(&self) -> impl Iterator<Item = [f64; 2]> {
+        let counts = |p: &&Probe| p.inside && p.away > self.away;
+        self.probes.iter().filter(counts).filter_map(|p| p.errors)
+    }
+}
+
 /// The mesh held against the skin.
 pub(super) struct Measure<'a> {
     skin: &'a Skin,
@@ -216,11 +230,14 @@ impl<'a> Measure<'a> {
             .into_iter()
             .find(|k| share(&|p| p.away > *k) > ENOUGH)
             .unwrap_or(f64::NEG_INFINITY);
-        let judged: Vec<[f64; 2]> = probes
-            .iter()
-            .filter(|p| p.inside && p.away > away)
-            .filter_map(|p| p.errors)
-            .collect();
+        let outside = share(&|p| !p.inside);
+        let walls = Walls {
+            outside,
+            away,
+            probes,
+            ..Walls::default()
+        };
+        let judged: Vec<[f64; 2]> = walls.judged().collect();
         let mut r: Vec<f64> = judged.iter().map(|e| e[0]).collect();
         r.sort_unstable_by(f64::total_cmp);
         let mut r_bins = [0.0; 5];
@@ -233,10 +250,8 @@ impl<'a> Measure<'a> {
             r95: quantile(&r, 0.95),
             r_bins,
             judged_share: judged.len() as f64 / n,
-            outside: share(&|p| !p.inside),
             thickness_error: median(judged.iter().map(|e| e[1]).collect()),
-            away,
-            probes,
+            ..walls
         }
     }
 
