@@ -6,12 +6,13 @@
 //! the sides; the error of a flat triangle against a smooth surface is one, to leading order.
 //!
 //! Guarantees: topology, walls and supports untouched; on flat walls nothing moves; no node moves further than a small share of the thickness; no triangle is
-//! turned by it. Where no middle is defined, or the mesh is further away than bends account for, nothing is asked.
+//! turned or folded by it. Where no middle is defined, or the mesh is further away than bends account for, nothing is asked.
 //! Limits: a rim slides along the normal of its sheet, which leaves a slanted lateral face by the sine of the slant times that shift.
 //! Cost: one query a side of a triangle; linear.
 //!
 //! Where the sheets that meet in a node want different shifts, it takes the least one that suits them all in the least-squares sense, as in placing.
 
+use crate::geom::orient::folded;
 use crate::geom::placer::Placer;
 use crate::geom::planes;
 use crate::model::complex::MidComplex;
@@ -34,7 +35,7 @@ type Way = (DVec3, f64);
 type Ways = SmallVec<[(WallId, Option<Way>); 2]>;
 
 /// Moves the nodes of curved walls.
-pub fn balance(mut complex: MidComplex, placer: &dyn Placer) -> MidComplex {
+pub fn balance(complex: MidComplex, placer: &dyn Placer) -> MidComplex {
     let ways = ways(&complex, placer);
     let stars = complex.stars();
     let area: IndexVec<TriangleId, DVec3> = areas(&complex);
@@ -45,10 +46,34 @@ pub fn balance(mut complex: MidComplex, placer: &dyn Placer) -> MidComplex {
         .collect();
     let mut shifts: IndexVec<NodeId, DVec3> = shifts.into();
     steady(&complex, &area, &mut shifts);
-    for (node, shift) in complex.nodes.as_mut_slice().iter_mut().zip(&shifts) {
+    let before = folded(&complex);
+    loop {
+        let moved = moved(&complex, &shifts);
+        let mut new = folded(&moved);
+        new.retain(|t| before.binary_search(t).is_err());
+        if new.is_empty() {
+            return moved;
+        }
+        // What has no shift left was folded by its neighbours'.
+        let round = new.iter().flat_map(|&t| complex.triangles[t].nodes);
+        let ring: Vec<TriangleId> = round.flat_map(|n| stars[n].iter().copied()).collect();
+        take_back(&complex, &ring, &mut shifts);
+    }
+}
+
+fn moved(complex: &MidComplex, shifts: &IndexVec<NodeId, DVec3>) -> MidComplex {
+    let mut moved = complex.clone();
+    for (node, shift) in moved.nodes.as_mut_slice().iter_mut().zip(shifts) {
         node.point += *shift;
     }
-    complex
+    moved
+}
+
+/// No shift for the nodes of these.
+fn take_back(complex: &MidComplex, triangles: &[TriangleId], shifts: &mut IndexVec<NodeId, DVec3>) {
+    for n in triangles.iter().flat_map(|&t| complex.triangles[t].nodes) {
+        shifts[n] = DVec3::ZERO;
+    }
 }
 
 /// From every triangle to its mid-surface, on average.
@@ -145,9 +170,7 @@ fn steady(
         if turned.is_empty() {
             return;
         }
-        for n in turned.iter().flat_map(|&t| complex.triangles[t].nodes) {
-            shifts[n] = DVec3::ZERO;
-        }
+        take_back(complex, &turned, shifts);
     }
 }
 

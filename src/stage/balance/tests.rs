@@ -212,3 +212,35 @@ fn no_triangle_is_turned() {
         "away from the ledge it is followed"
     );
 }
+
+#[test]
+fn no_triangle_is_folded() {
+    // A crumpled sheet, some of whose triangles stand nearly upright on their neighbours, over a surface that wants every place elsewhere.
+    let mut complex = sheet(40, 40, |u, v| DVec3::new(40.0 * u, 40.0 * v, 0.0));
+    let mut rng = Pcg::new(3);
+    for node in complex.nodes.iter_mut() {
+        node.point.z = 1.6 * rng.unit();
+    }
+    let wild = Closed(|p: DVec3, _| {
+        let away = BENT * THICKNESS * (37.0 * p.x + 91.0 * p.y).sin();
+        Some((DVec3::new(0.0, 0.6, 0.8), away))
+    });
+    let before = folded(&complex);
+    let unguarded = {
+        let (ways, stars, area) = (ways(&complex, &wild), complex.stars(), areas(&complex));
+        let shifts: Vec<DVec3> = stars.iter().map(|s| shift(s, &ways, &area)).collect();
+        let mut shifts = shifts.into();
+        steady(&complex, &area, &mut shifts);
+        super::moved(&complex, &shifts)
+    };
+    let new = |c: &MidComplex| {
+        let all = folded(c);
+        all.iter()
+            .filter(|t| before.binary_search(t).is_err())
+            .count()
+    };
+    assert!(new(&unguarded) > 0, "the case needs the guard");
+    let after = balance(complex.clone(), &wild);
+    assert_eq!(new(&after), 0);
+    assert!(points(&after) != points(&complex));
+}
