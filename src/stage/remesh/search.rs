@@ -18,13 +18,14 @@ use crate::geom::placer::Placer;
 use crate::model::complex::{MidComplex, MidNode, MidTriangle, faces};
 use crate::model::ids::{Id, NodeId, TriangleId};
 use glam::DVec3;
+use rayon::prelude::*;
 
 /// Rings of the patch. The outermost is only looked at by its neighbours, the next two are judged, nodes within the others may move.
 const RINGS: usize = 5;
-/// Steps in a row, at most: bounds the cost; chosen, not measured.
-const DEPTH: usize = 5;
-/// States that are followed at a time: bounds the cost; chosen, not measured.
-const WIDTH: usize = 6;
+/// Steps in a row, at most: bounds the cost.
+const DEPTH: usize = 4;
+/// States that are followed at a time: bounds the cost.
+const WIDTH: usize = 4;
 /// How far a node on a curve may be nudged off it, as a share of the thickness: at most 4 % of R-error there, where 10 % is the limit.
 const NUDGE: f64 = 0.02;
 /// Lengths of single moves, as shares of the way to the neighbours.
@@ -69,15 +70,19 @@ fn best_path(patch: &Patch, state: State, start: Score, placer: &dyn Placer) -> 
     let mut beam = vec![state];
     let mut found: Option<State> = None;
     for _ in 0..DEPTH {
-        let mut next: Vec<(Score, usize, Step)> = Vec::new();
-        for (i, state) in beam.iter().enumerate() {
-            let part = patch.part(&state.surface);
-            for t in part.bad(&state.surface) {
-                for step in patch.steps(&state.surface, t, placer) {
-                    next.push((part.after(&state.surface, &step), i, step));
-                }
-            }
-        }
+        let parts: Vec<Part> = (beam.iter()).map(|s| patch.part(&s.surface)).collect();
+        let folds: Vec<(usize, TriangleId)> = (beam.iter().zip(&parts).enumerate())
+            .flat_map(|(i, (s, part))| part.bad(&s.surface).into_iter().map(move |t| (i, t)))
+            .collect();
+        let steps: Vec<(usize, Step)> = (folds.par_iter())
+            .flat_map_iter(|&(i, t)| {
+                let steps = patch.steps(&beam[i].surface, t, placer);
+                steps.into_iter().map(move |step| (i, step))
+            })
+            .collect();
+        let mut next: Vec<(Score, usize, Step)> = (steps.into_par_iter())
+            .map(|(i, step)| (parts[i].after(&beam[i].surface, &step), i, step))
+            .collect();
         // The sort is stable, so the order of the steps decides between equals.
         next.sort_by(|a, b| order(&a.0, &b.0));
         // The same outcome by another way is no other state.

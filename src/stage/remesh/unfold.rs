@@ -34,6 +34,8 @@ const GAIN: f64 = 0.1;
 const STRAIGHT: f64 = 0.1;
 /// Nor does it show where the curve passes it by within this share of the thickness.
 const THIN: f64 = 0.1;
+/// Rows of steps are searched for where no more folds than this are left: it takes up to seconds a fold, and with many left the mesh stays doubted.
+const FEW: usize = 8;
 /// Steps of a relaxation, the number after which a star of nodes has settled.
 const RELAXATIONS: [usize; 3] = [1, 3, 8];
 
@@ -52,7 +54,7 @@ pub fn unfold(mut complex: MidComplex, placer: &dyn Placer) -> MidComplex {
                 mended |= mend(&mut surface, t, placer);
             }
         }
-        if !mended {
+        if !mended && bad.len() <= FEW {
             for &t in &bad {
                 if surface.lives(t) {
                     mended |= search(&mut surface, t, placer);
