@@ -7,6 +7,7 @@
 
 mod corner;
 mod edges;
+mod facing;
 mod flats;
 mod memory;
 mod queries;
@@ -23,6 +24,7 @@ use crate::model::walls::{Aag, Convexity, Pairing};
 use crate::spatial::{Hint, TriangleBvh};
 use corner::InnerEdges;
 use edges::{Edges, OnEdge};
+use facing::Roundings;
 use flats::Flats;
 use glam::DVec3;
 use memory::Memory;
@@ -40,7 +42,6 @@ const LEASH: f64 = 3.0;
 const REACH: f64 = 1.5;
 /// Tangent planes whose unit normals differ by less than this define no middle.
 const LEAST_OPPOSITION: f64 = 0.5;
-
 /// A point this near to its foot, in edge lengths, lies on the surface: which way the rest points is rounding.
 const ON_SURFACE: f64 = 1e-9;
 /// Nodes this near to a common plane, as a share of their largest coordinate, lie in it: CAD files know their own points no better than to 1e-7 mm.
@@ -104,6 +105,7 @@ struct Surface {
     /// The plane of all its facets, if they have one: then its tangent planes need no search.
     plane: Option<Plane>,
     inner_edges: InnerEdges,
+    roundings: Roundings,
 }
 
 /// The nearest point of a surface.
@@ -189,6 +191,7 @@ impl<'a> Medial<'a> {
                 plane: common_plane(brep, &facets),
                 facets,
                 inner_edges: InnerEdges::new(brep, aag, &faces),
+                roundings: Roundings::new(aag, pairing, &faces),
                 faces,
             }
         };
@@ -335,9 +338,10 @@ impl<'a> Medial<'a> {
         } else {
             second = self.own(b, second, p, reach);
         }
+        let feet = self.facing([a, b], [first, second], p, wall);
         Some([
-            a.inner_edges.rounded(self.brep, first, p),
-            b.inner_edges.rounded(self.brep, second, p),
+            a.inner_edges.rounded(self.brep, feet[0], p),
+            b.inner_edges.rounded(self.brep, feet[1], p),
         ])
     }
 

@@ -338,3 +338,72 @@ fn round_the_inner_edge_of_a_step_the_mid_surface_bends() {
         assert_eq!(medial.curvature_radius(p, wall), f64::INFINITY);
     }
 }
+
+/// A plate of 4 whose upper side (face 3) ends in a rounding (face 2) of the given radius down to the end face (1); its lower side is face 0.
+fn rounded_plate(radius: f64) -> (Brep, Aag, Pairing) {
+    let (y, z) = (20.0 - radius, 2.0 - radius);
+    let outline = [(0.0, -2.0), (20.0, -2.0), (20.0, z), (y, 2.0), (0.0, 2.0)];
+    let n = outline.len();
+    let points = [0.0, 30.0]
+        .into_iter()
+        .flat_map(|x| outline.map(|(y, z)| DVec3::new(x, y, z)))
+        .collect();
+    let mut polygons: Vec<(Vec<usize>, u32)> = (0..n)
+        .map(|i| {
+            let j = (i + 1) % n;
+            (vec![i, j, n + j, n + i], i as u32)
+        })
+        .collect();
+    polygons.push(((0..n).rev().collect(), n as u32));
+    polygons.push(((n..2 * n).collect(), n as u32 + 1));
+    let solid = crate::test_parts::brep(points, &polygons, |a, b| {
+        let m = (a + b) / 2.0;
+        let centre = DVec3::new(m.x, y, z);
+        if m.y > y && m.y < 20.0 && m.z > z && m.z < 2.0 {
+            centre + (m - centre).normalize() * radius
+        } else {
+            m
+        }
+    });
+    let aag = adjacency(&solid);
+    let mut pairing = Pairing {
+        side: IndexVec::filled(None, solid.faces.len()),
+        ..Pairing::default()
+    };
+    pairing.walls.push(crate::model::walls::Wall {
+        sides: [vec![FaceId(2), FaceId(3)], vec![FaceId(0)]],
+        thickness: 4.0,
+        group: 0,
+    });
+    for face in [0, 2, 3] {
+        pairing.side[FaceId(face)] = Some((0, u8::from(face == 0)));
+    }
+    (solid, aag, pairing)
+}
+
+#[test]
+fn over_a_rounded_corner_the_middle_of_the_flat_sides_goes_on_to_the_rim() {
+    let (solid, aag, pairing) = rounded_plate(0.6);
+    let medial = Medial::new(&solid, &aag, &pairing);
+    let rim = [Support::Mid(WallId(0)), Support::Face(FaceId(1))];
+    for z in [-0.5, 0.0, 0.4] {
+        let placed = medial.place(DVec3::new(12.0, 19.8, z), &rim);
+        // Half way between the lower side and the tangent plane at the rounding's end would be the corner at z = -2.
+        assert!(
+            placed.distance(DVec3::new(12.0, 20.0, 0.0)) < 1e-9,
+            "{z}: {placed}"
+        );
+    }
+}
+
+#[test]
+fn under_a_rounding_that_reaches_the_middle_the_foot_stays_at_its_end() {
+    for (radius, turned) in [(0.6, false), (2.0, true), (3.0, true)] {
+        let (solid, aag, pairing) = rounded_plate(radius);
+        let medial = Medial::new(&solid, &aag, &pairing);
+        let p = DVec3::new(12.0, 19.8, 2.0 - radius - 0.2);
+        let [upper, _] = medial.feet(p, WallId(0)).unwrap();
+        assert_eq!(upper.normal.y > 0.9, turned, "{radius}: {upper:?}");
+        assert_eq!(upper.normal.z > 0.999, !turned, "{radius}: {upper:?}");
+    }
+}
