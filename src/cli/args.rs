@@ -55,7 +55,7 @@ pub struct SourceArgs {
     pub unit: Option<String>,
     #[command(flatten)]
     pub tool: ToolArgs,
-    /// Longest that the import may take, in seconds [default: 90]
+    /// Longest that the import may take, in seconds [default: 58]
     #[arg(long, value_name = "SECONDS", allow_hyphen_values = true, value_parser = seconds)]
     pub time_limit: Option<Duration>,
     /// Threads to work with [default: one a core]
