@@ -68,6 +68,28 @@ pub(crate) fn slim_wedge() -> Brep {
     solid
 }
 
+/// An outline in (y, z), counter-clockwise, drawn out along x. Face i stands on the side from corner i to the next; the ends come last. `middle` as for [`brep`].
+pub(crate) fn prism(
+    outline: &[(f64, f64)],
+    length: f64,
+    middle: impl Fn(DVec3, DVec3) -> DVec3,
+) -> Brep {
+    let n = outline.len();
+    let points = [0.0, length]
+        .into_iter()
+        .flat_map(|x| outline.iter().map(move |&(y, z)| DVec3::new(x, y, z)))
+        .collect();
+    let mut polygons: Vec<(Vec<usize>, u32)> = (0..n)
+        .map(|i| {
+            let j = (i + 1) % n;
+            (vec![i, j, n + j, n + i], i as u32)
+        })
+        .collect();
+    polygons.push(((0..n).rev().collect(), n as u32));
+    polygons.push(((n..2 * n).collect(), n as u32 + 1));
+    brep(points, &polygons, middle)
+}
+
 /// A box with one corner at the origin.
 pub(crate) fn box_brep(size: DVec3) -> Brep {
     let points = (0..8)

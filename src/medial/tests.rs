@@ -252,20 +252,7 @@ fn at_the_crest_of_a_rim_the_middle_is_where_both_sides_are_as_far() {
         (20.0, 2.0),
         (0.0, 2.0),
     ];
-    let n = outline.len();
-    let points = [0.0, 30.0]
-        .into_iter()
-        .flat_map(|x| outline.map(|(y, z)| DVec3::new(x, y, z)))
-        .collect();
-    let mut polygons: Vec<(Vec<usize>, u32)> = (0..n)
-        .map(|i| {
-            let j = (i + 1) % n;
-            (vec![i, j, n + j, n + i], i as u32)
-        })
-        .collect();
-    polygons.push(((0..n).rev().collect(), n as u32));
-    polygons.push(((n..2 * n).collect(), n as u32 + 1));
-    let solid = crate::test_parts::brep(points, &polygons, |a, b| (a + b) / 2.0);
+    let solid = crate::test_parts::prism(&outline, 30.0, |a, b| (a + b) / 2.0);
     let aag = adjacency(&solid);
     let mut pairing = Pairing {
         side: IndexVec::filled(None, solid.faces.len()),
@@ -343,20 +330,7 @@ fn round_the_inner_edge_of_a_step_the_mid_surface_bends() {
 fn rounded_plate(radius: f64) -> (Brep, Aag, Pairing) {
     let (y, z) = (20.0 - radius, 2.0 - radius);
     let outline = [(0.0, -2.0), (20.0, -2.0), (20.0, z), (y, 2.0), (0.0, 2.0)];
-    let n = outline.len();
-    let points = [0.0, 30.0]
-        .into_iter()
-        .flat_map(|x| outline.map(|(y, z)| DVec3::new(x, y, z)))
-        .collect();
-    let mut polygons: Vec<(Vec<usize>, u32)> = (0..n)
-        .map(|i| {
-            let j = (i + 1) % n;
-            (vec![i, j, n + j, n + i], i as u32)
-        })
-        .collect();
-    polygons.push(((0..n).rev().collect(), n as u32));
-    polygons.push(((n..2 * n).collect(), n as u32 + 1));
-    let solid = crate::test_parts::brep(points, &polygons, |a, b| {
+    let solid = crate::test_parts::prism(&outline, 30.0, |a, b| {
         let m = (a + b) / 2.0;
         let centre = DVec3::new(m.x, y, z);
         if m.y > y && m.y < 20.0 && m.z > z && m.z < 2.0 {
