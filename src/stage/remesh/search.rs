@@ -15,7 +15,7 @@ use super::shape::area_vector;
 use super::surface::Surface;
 use super::unfold::{Part, Score, Step, apply, mergers, rings, steps};
 use crate::geom::placer::Placer;
-use crate::model::complex::{MidComplex, MidNode, MidTriangle, faces};
+use crate::model::complex::{MidComplex, MidNode, MidTriangle, ends};
 use crate::model::ids::{Id, NodeId, TriangleId};
 use glam::DVec3;
 use rayon::prelude::*;
@@ -216,7 +216,7 @@ fn single_moves(surface: &Surface, t: TriangleId, placer: &dyn Placer) -> Vec<St
         let curve = surface.feature_neighbours(n);
         let slides = match curve.len() {
             0 => true,
-            2 => faces(&surface.supports[n]).count() < 2,
+            2 => ends(&surface.supports[n]).count() < 2,
             _ => false,
         };
         if slides {
