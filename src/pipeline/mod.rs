@@ -263,7 +263,11 @@ fn clean(
 ) -> MidComplex {
     let field = field(sizing, medial);
     let shortest = |p: DVec3, w: WallId| sizing.speck(field(p, w));
-    clock.time("clean", || remesh::clean(fair, &shortest, medial))
+    clock.time("clean", || {
+        let complex = remesh::clean(fair, &shortest, medial);
+        // The remesher refines a fold into many.
+        connected(complex, |c| remesh::unfold(c, medial))
+    })
 }
 
 /// The changed complex, or the old one where sheets would come to hang together only by a point: contraction keeps the homotopy type, not that.
