@@ -34,6 +34,7 @@ mod guide;
 mod job;
 mod knots;
 mod polish;
+mod rate;
 mod search;
 mod shape;
 mod sizes;

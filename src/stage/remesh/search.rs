@@ -11,9 +11,10 @@
 //!
 //! Reference: B. T. Lowerre, The HARPY speech recognition system, 1976 (beam search).
 
+use super::rate::{Part, Score};
 use super::shape::area_vector;
 use super::surface::Surface;
-use super::unfold::{Part, Score, Step, apply, mergers, rings, steps};
+use super::unfold::{Step, apply, mergers, rings, steps};
 use crate::geom::placer::Placer;
 use crate::model::complex::{MidComplex, MidNode, MidTriangle, ends};
 use crate::model::ids::{Id, NodeId, TriangleId};
@@ -51,7 +52,7 @@ struct State {
 /// Mends a folded triangle by several steps; whether it was mended.
 pub(super) fn search(surface: &mut Surface, t: TriangleId, placer: &dyn Placer) -> bool {
     let (patch, local) = cut_out(surface, t);
-    let start = patch.part(&local).score(&local);
+    let start = patch.part(&local).score();
     let state = State {
         surface: local,
         path: Vec::new(),
@@ -71,8 +72,8 @@ fn best_path(patch: &Patch, state: State, start: Score, placer: &dyn Placer) -> 
     let mut found: Option<State> = None;
     for _ in 0..DEPTH {
         let parts: Vec<Part> = (beam.iter()).map(|s| patch.part(&s.surface)).collect();
-        let folds: Vec<(usize, TriangleId)> = (beam.iter().zip(&parts).enumerate())
-            .flat_map(|(i, (s, part))| part.bad(&s.surface).into_iter().map(move |t| (i, t)))
+        let folds: Vec<(usize, TriangleId)> = (parts.iter().enumerate())
+            .flat_map(|(i, part)| part.bad().into_iter().map(move |t| (i, t)))
             .collect();
         let steps: Vec<(usize, Step)> = (folds.par_iter())
             .flat_map_iter(|&(i, t)| {
@@ -112,7 +113,7 @@ fn best_path(patch: &Patch, state: State, start: Score, placer: &dyn Placer) -> 
 /// Fewer folds first, then smaller ones, then better shapes.
 fn order(a: &Score, b: &Score) -> std::cmp::Ordering {
     (a.folds.cmp(&b.folds))
-        .then(a.folded_area().total_cmp(&b.folded_area()))
+        .then(a.folded_area.total_cmp(&b.folded_area))
         .then(b.least.total_cmp(&a.least))
 }
 

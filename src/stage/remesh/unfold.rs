@@ -11,12 +11,13 @@
 
 use super::dust::keeps_together;
 use super::flat::{hinges, remove_flat};
+use super::rate::{FLAT, Part, Score};
 use super::search::search;
-use super::shape::{area_vector, distance_to_segment, quality};
+use super::shape::{area_vector, distance_to_segment};
 use super::surface::Surface;
 use crate::geom::orient::orient;
 use crate::geom::placer::Placer;
-use crate::model::complex::{MidComplex, MidTriangle, ends};
+use crate::model::complex::{MidComplex, ends};
 use crate::model::ids::{NodeId, TriangleId};
 use glam::DVec3;
 
@@ -24,8 +25,6 @@ use glam::DVec3;
 const PASSES: usize = 8;
 /// Rings of triangles that a step may change, with those whose neighbours it changes.
 const RINGS: usize = 4;
-/// A triangle this low, as a share of its longest side, has no area: far above the rounding of coordinates, far below a poor shape.
-const FLAT: f64 = 1e-6;
 /// A step leaves no triangle worse than this (a needle of 1 : 40), unless there was a worse one.
 const LEAST_QUALITY: f64 = 0.05;
 /// Where a step leaves as many folds, these must become smaller by this share of the triangle to be mended.
@@ -47,7 +46,7 @@ pub fn unfold(mut complex: MidComplex, placer: &dyn Placer) -> MidComplex {
         // A fold that was pressed flat has become a cap.
         remove_flat(&mut surface, placer);
         let all: Vec<TriangleId> = surface.live_triangles().collect();
-        let bad = Part::new(&surface, all.clone(), all.len()).bad(&surface);
+        let bad = Part::new(&surface, all.clone(), all.len()).bad();
         let mut mended = false;
         for &t in &bad {
             if surface.lives(t) {
@@ -76,26 +75,11 @@ pub(super) enum Step {
     Contract { gone: NodeId, kept: NodeId },
 }
 
-/// How bad a part is.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Score {
-    pub folds: usize,
-    area: f64,
-    pub least: f64,
-}
-
-impl Score {
-    /// Twice the area that is folded.
-    pub fn folded_area(&self) -> f64 {
-        self.area
-    }
-}
-
 fn mend(surface: &mut Surface, t: TriangleId, placer: &dyn Placer) -> bool {
     let near = rings(surface, t, RINGS);
     let inside = near.len();
     let part = Part::new(surface, with_neighbours(surface, near), inside);
-    let before = part.score(surface);
+    let before = part.score();
     if before.folds == 0 {
         return false;
     }
@@ -107,7 +91,7 @@ fn mend(surface: &mut Surface, t: TriangleId, placer: &dyn Placer) -> bool {
     let mut all = rated(steps(surface, t, placer));
     let gentle = best(&all, &|after| {
         let fewer = after.folds < before.folds
-            || after.folds == before.folds && after.area < before.area - GAIN * own;
+            || after.folds == before.folds && after.folded_area < before.folded_area - GAIN * own;
         fewer && after.least >= LEAST_QUALITY.min(before.least)
     });
     let best = gentle.or_else(|| {
@@ -115,7 +99,8 @@ fn mend(surface: &mut Surface, t: TriangleId, placer: &dyn Placer) -> bool {
         all.extend(rated(mergers(surface, t, placer)));
         best(&all, &|after| {
             after.folds < before.folds
-                || after.folds == before.folds && after.area <= before.area - (1.0 - FLAT) * own
+                || after.folds == before.folds
+                    && after.folded_area <= before.folded_area - (1.0 - FLAT) * own
         })
     });
     let Some(step) = best else {
@@ -337,135 +322,6 @@ fn with_neighbours(surface: &Surface, mut triangles: Vec<TriangleId>) -> Vec<Tri
         }
     }
     triangles
-}
-
-/// Some triangles, of which the first `inside` are judged.
-pub(super) struct Part {
-    ids: Vec<TriangleId>,
-    triangles: Vec<MidTriangle>,
-    inside: usize,
-}
-
-impl Part {
-    pub fn new(surface: &Surface, ids: Vec<TriangleId>, inside: usize) -> Self {
-        let triangles = ids.iter().map(|&t| surface.triangle(t)).collect();
-        Self {
-            ids,
-            triangles,
-            inside,
-        }
-    }
-
-    pub fn bad(&self, surface: &Surface) -> Vec<TriangleId> {
-        judge(&self.triangles, &|n| surface.points[n])
-            .into_iter()
-            .zip(&self.ids)
-            .filter(|(bad, _)| *bad)
-            .map(|(_, &t)| t)
-            .collect()
-    }
-
-    pub fn score(&self, surface: &Surface) -> Score {
-        self.rate(&self.triangles, &|n| surface.points[n])
-    }
-
-    fn score_without(&self, surface: &Surface, t: TriangleId) -> Score {
-        let mut triangles = self.triangles.clone();
-        if let Some(at) = self.ids.iter().position(|&s| s == t) {
-            triangles[at].nodes[1] = triangles[at].nodes[0];
-        }
-        self.rate(&triangles, &|n| surface.points[n])
-    }
-
-    pub fn after(&self, surface: &Surface, step: &Step) -> Score {
-        let mut triangles = self.triangles.clone();
-        match step {
-            Step::Move(places) => {
-                return self.rate(&triangles, &|n| {
-                    let moved = places.iter().find(|(m, _)| *m == n);
-                    moved.map_or(surface.points[n], |m| m.1)
-                });
-            }
-            Step::Flip(edge, pair) => {
-                let new = surface.flipped(*edge, *pair);
-                for (t, nodes) in pair.iter().zip(new) {
-                    if let Some(at) = self.ids.iter().position(|s| s == t) {
-                        triangles[at].nodes = nodes;
-                    }
-                }
-            }
-            Step::Contract { gone, kept } => {
-                for t in &mut triangles {
-                    t.nodes = t.nodes.map(|n| if n == *gone { *kept } else { n });
-                }
-            }
-        }
-        self.rate(&triangles, &|n| surface.points[n])
-    }
-
-    fn rate(&self, triangles: &[MidTriangle], at: &dyn Fn(NodeId) -> DVec3) -> Score {
-        let mut score = Score {
-            folds: 0,
-            area: 0.0,
-            least: f64::INFINITY,
-        };
-        let bad = judge(triangles, at);
-        for (t, bad) in triangles[..self.inside].iter().zip(bad) {
-            if is_gone(t) {
-                continue;
-            }
-            let p = t.nodes.map(at);
-            score.least = score.least.min(quality(p));
-            if bad {
-                score.folds += 1;
-                score.area += area_vector(p).length();
-            }
-        }
-        score
-    }
-}
-
-/// Whether a contraction has taken the triangle.
-fn is_gone(t: &MidTriangle) -> bool {
-    let [a, b, c] = t.nodes;
-    a == b || b == c || c == a
-}
-
-/// Which triangles have no area or lie against all their neighbours in the sheet taken together.
-fn judge(triangles: &[MidTriangle], at: &dyn Fn(NodeId) -> DVec3) -> Vec<bool> {
-    let mut sides: Vec<(NodeId, NodeId, usize, bool)> = Vec::with_capacity(3 * triangles.len());
-    let mut areas = Vec::with_capacity(triangles.len());
-    for (i, t) in triangles.iter().enumerate() {
-        areas.push(area_vector(t.nodes.map(at)));
-        if is_gone(t) {
-            continue;
-        }
-        for k in 0..3 {
-            let (a, b) = (t.nodes[k], t.nodes[(k + 1) % 3]);
-            sides.push((a.min(b), a.max(b), i, a < b));
-        }
-    }
-    sides.sort_unstable();
-    let mut around = vec![DVec3::ZERO; triangles.len()];
-    for run in sides.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1)) {
-        if let [a, b] = run
-            && triangles[a.2].wall == triangles[b.2].wall
-            && a.3 != b.3
-        {
-            around[a.2] += areas[b.2];
-            around[b.2] += areas[a.2];
-        }
-    }
-    (triangles.iter().enumerate())
-        .map(|(i, t)| {
-            let [a, b, c] = t.nodes.map(at);
-            let longest = a
-                .distance_squared(b)
-                .max(b.distance_squared(c))
-                .max(c.distance_squared(a));
-            !is_gone(t) && (areas[i].length() <= FLAT * longest || areas[i].dot(around[i]) < 0.0)
-        })
-        .collect()
 }
 
 #[cfg(test)]
