@@ -25,6 +25,7 @@
 //! Near-linear: about ten sweeps over all edges a round.
 
 mod caps;
+mod cones;
 mod contract;
 mod dust;
 mod flat;

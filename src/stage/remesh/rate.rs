@@ -5,6 +5,7 @@
 //! Guarantee: what comes out is to the bit what judging the whole part after the step would give.
 //! Cost: linear in the part once, then for each step in the triangles that it changes, with a logarithm of the part's size.
 
+use super::cones::Cone;
 use super::shape::{area_vector, quality};
 use super::surface::Surface;
 use super::unfold::Step;
@@ -142,6 +143,7 @@ impl Part {
                 changed.sort_unstable_by_key(|c| c.0);
                 self.rate(changed, &|n| surface.points[n])
             }
+            Step::Cap(cone) => self.rate(self.capped(cone), &|n| surface.points[n]),
             Step::Contract { gone, kept } => {
                 let changed = self.star(*gone).map(|i| {
                     let MidTriangle { nodes, wall } = self.triangles[i as usize];
@@ -151,6 +153,20 @@ impl Part {
                 self.rate(changed.collect(), &|n| surface.points[n])
             }
         }
+    }
+
+    /// A cone with its first triangle for base and the others gone.
+    fn capped(&self, cone: &Cone) -> Vec<(u32, MidTriangle)> {
+        let mut changed: Vec<(u32, MidTriangle)> = (cone.triangles.iter().enumerate())
+            .filter_map(|(k, t)| {
+                let i = self.ids.iter().position(|s| s == t)?;
+                let wall = self.triangles[i].wall;
+                let nodes = if k == 0 { cone.base } else { [cone.hub; 3] };
+                Some((i as u32, MidTriangle { nodes, wall }))
+            })
+            .collect();
+        changed.sort_unstable_by_key(|c| c.0);
+        changed
     }
 
     /// The triangles at a node, in order.
@@ -291,6 +307,18 @@ mod tests {
         for (k, shift) in [(70, 1.7), (73, -1.4), (85, 2.1), (40, 1.2)] {
             complex.nodes[NodeId(k)].point.x += shift;
         }
+        // One more in a triangle that is folded already, so that three go round it.
+        let t = folded(&complex)[0];
+        let MidTriangle {
+            nodes: [a, b, c],
+            wall,
+        } = complex.triangles[t];
+        let hub = complex.nodes.push(complex.nodes[a].clone());
+        complex.nodes[hub].point.y += 0.3;
+        complex.triangles[t].nodes = [hub, a, b];
+        for nodes in [[hub, b, c], [hub, c, a]] {
+            complex.triangles.push(MidTriangle { nodes, wall });
+        }
         complex
     }
 
@@ -318,7 +346,7 @@ mod tests {
         let all: Vec<TriangleId> = surface.live_triangles().collect();
         let count = all.len();
         let part = Part::new(&surface, all, count);
-        let mut kinds = [0; 3];
+        let mut kinds = [0; 4];
         for t in part.bad() {
             for step in steps(&surface, t, &Stay) {
                 let mut done = surface.clone();
@@ -328,10 +356,14 @@ mod tests {
                     Step::Move(_) => 0,
                     Step::Flip(..) => 1,
                     Step::Contract { .. } => 2,
+                    Step::Cap(_) => 3,
                 }] += 1;
             }
         }
-        assert!(kinds.iter().all(|k| *k > 4), "{kinds:?}");
+        assert!(
+            kinds[..3].iter().all(|k| *k > 4) && kinds[3] > 0,
+            "{kinds:?}"
+        );
     }
 
     #[test]

@@ -11,6 +11,7 @@
 //!
 //! Reference: B. T. Lowerre, The HARPY speech recognition system, 1976 (beam search).
 
+use super::cones::Cone;
 use super::rate::{Part, Score};
 use super::shape::area_vector;
 use super::surface::Surface;
@@ -181,6 +182,7 @@ impl Patch {
                 ends.iter().all(|n| self.is_free(*n))
             }
             Step::Contract { gone, kept } => self.is_free(*gone) && self.is_free(*kept),
+            Step::Cap(cone) => self.is_free(cone.hub) && cone.base.iter().all(|n| self.is_free(*n)),
         });
         all
     }
@@ -193,6 +195,11 @@ impl Patch {
             Step::Flip(edge, pair) => {
                 Step::Flip(edge.map(node), pair.map(|t| self.triangles[t.index()]))
             }
+            Step::Cap(cone) => Step::Cap(Cone {
+                hub: node(cone.hub),
+                triangles: cone.triangles.map(|t| self.triangles[t.index()]),
+                base: cone.base.map(node),
+            }),
             Step::Contract { gone, kept } => Step::Contract {
                 gone: node(gone),
                 kept: node(kept),

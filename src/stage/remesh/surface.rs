@@ -2,6 +2,7 @@
 //!
 //! Only topology and bookkeeping; whether an edit is wise is for the callers to know.
 
+use super::cones::Cone;
 use super::shape::{may_turn, signed_quality};
 use crate::model::complex::{MidComplex, MidNode, MidTriangle, Supports};
 use crate::model::ids::{Id, IndexVec, NodeId, TriangleId};
@@ -285,6 +286,21 @@ impl Surface {
             self.leave(n, t);
         }
         self.triangles[t].nodes = [DEAD; 3];
+    }
+
+    /// Puts the base of a cone in the place of its three triangles.
+    pub fn cap(&mut self, cone: &Cone) {
+        let [t, s, u] = cone.triangles;
+        self.remove(s);
+        self.remove(u);
+        for n in self.triangles[t].nodes {
+            self.leave(n, t);
+        }
+        self.triangles[t].nodes = cone.base;
+        for n in cone.base {
+            self.stars[n].push(t);
+        }
+        self.referred[t] = DVec3::NAN;
     }
 
     /// Replaces edge `a`-`b` of exactly two triangles by the edge between their apexes.

@@ -1,7 +1,7 @@
 //! Unfolds what is still folded in a finished mesh, place by place.
 //!
 //! A triangle that lies against its neighbours, or has no area, gets the one step that leaves the fewest of its kind round about: its nodes and those beside them are
-//! relaxed, an edge there is flipped or contracted, or, where nothing else helps, a small flap folded back from a free border is taken off. Each place is judged for itself: a stubborn one does not keep the others from being mended.
+//! relaxed, an edge there is flipped or contracted, three triangles round a node become one (`cones`), or, where nothing else helps, a small flap folded back from a free border is taken off. Each place is judged for itself: a stubborn one does not keep the others from being mended.
 //!
 //! Guarantees: homotopy type and feature curves stay (contraction under the link condition, along curves only where these are straight); ends and forks of curves and
 //! corners of rims stay; moved nodes are put onto their supports; nowhere do folds become more, nor needles of folded triangles.
@@ -9,6 +9,7 @@
 //! What no single step mends is left to `search`, which tries several in a row.
 //! Limits: folds over which the curves themselves cross stay. Cost: linear in the number of folded triangles, some thousand operations each.
 
+use super::cones::{Cone, cones};
 use super::dust::keeps_together;
 use super::flat::{hinges, remove_flat};
 use super::rate::{FLAT, Part, Score};
@@ -34,7 +35,7 @@ const STRAIGHT: f64 = 0.1;
 /// Nor does it show where the curve passes it by within this share of the thickness.
 const THIN: f64 = 0.1;
 /// Rows of steps are searched for where no more folds than this are left: it takes up to seconds a fold, and with many left the mesh stays doubted.
-const FEW: usize = 8;
+const FEW: usize = 24;
 /// Steps of a relaxation, the number after which a star of nodes has settled.
 const RELAXATIONS: [usize; 3] = [1, 3, 8];
 
@@ -73,6 +74,7 @@ pub(super) enum Step {
     Move(Vec<(NodeId, DVec3)>),
     Flip([NodeId; 2], [TriangleId; 2]),
     Contract { gone: NodeId, kept: NodeId },
+    Cap(Cone),
 }
 
 fn mend(surface: &mut Surface, t: TriangleId, placer: &dyn Placer) -> bool {
@@ -125,6 +127,7 @@ pub(super) fn apply(surface: &mut Surface, step: &Step) {
         }
         &Step::Flip(edge, pair) => surface.flip(edge, pair),
         &Step::Contract { gone, kept } => surface.contract(gone, kept),
+        Step::Cap(cone) => surface.cap(cone),
     }
 }
 
@@ -178,6 +181,7 @@ pub(super) fn steps(surface: &Surface, t: TriangleId, placer: &dyn Placer) -> Ve
             steps.extend(relaxed(surface, moving, count, placer).map(Step::Move));
         }
     }
+    steps.extend(cones(surface, t).into_iter().map(Step::Cap));
     let mut edges: Vec<[NodeId; 2]> = (nodes.iter())
         .flat_map(|&n| (surface.neighbours(n).into_iter()).map(move |m| [n.min(m), n.max(m)]))
         .collect();
