@@ -314,7 +314,7 @@ mod tests {
             wall,
         } = complex.triangles[t];
         let hub = complex.nodes.push(complex.nodes[a].clone());
-        complex.nodes[hub].point.y += 0.3;
+        complex.nodes[hub].point += DVec3::new(0.13, 0.3, 0.1);
         complex.triangles[t].nodes = [hub, a, b];
         for nodes in [[hub, b, c], [hub, c, a]] {
             complex.triangles.push(MidTriangle { nodes, wall });
