@@ -143,7 +143,7 @@ mod tests {
         let pairing = pair(&solid.brep, &aag, &sight(&solid.brep), &options);
         let medial = Medial::new(&solid.brep, &aag, &pairing);
         let held = Held::new(&medial);
-        let end = solid.face(|p| p.x == 40.0 && p.z <= 2.0);
+        let end = solid.face(|p| p.x == 40.0);
         let walls: Vec<WallId> = pairing.walls.ids().collect();
         for p in [
             DVec3::new(3.0, 5.0, 0.4),
