@@ -67,6 +67,7 @@ impl Medial<'_> {
         if feet[0].normal.dot(feet[1].normal).abs() > LEAST_FACING {
             return feet;
         }
+        let far = self.reach[wall] + self.thickness[wall];
         for (turned, other) in [(0, 1), (1, 0)] {
             let (side, foot) = (sides[turned], feet[turned]);
             let before = side.roundings.before(self.brep.facets[foot.facet].face);
@@ -83,7 +84,7 @@ impl Medial<'_> {
                     && across.dot(feet[other].normal) < -FACING * across.length()
                     && (0.0..SHALLOW * depth(feet[other])).contains(&depth(foot))
             };
-            let near = (side.bvh).nearest_where(p, self.thickness[wall], leads_on);
+            let near = (side.bvh).nearest_where(p, far, leads_on);
             if let Some(near) = near {
                 feet[turned] = self.foot_on(side.facets[near.index], p, near.point);
                 break;

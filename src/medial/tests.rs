@@ -360,12 +360,13 @@ fn over_a_rounded_corner_the_middle_of_the_flat_sides_goes_on_to_the_rim() {
     let (solid, aag, pairing) = rounded_plate(0.6);
     let medial = Medial::new(&solid, &aag, &pairing);
     let rim = [Support::Mid(WallId(0)), Support::Face(FaceId(1))];
-    for z in [-0.5, 0.0, 0.4] {
-        let placed = medial.place(DVec3::new(12.0, 19.8, z), &rim);
+    // At x = 35 the plate has ended by more than its thickness, by less than it may be carried on: the foot of a handle goes on as far.
+    for (x, z) in [(12.0, -0.5), (12.0, 0.0), (12.0, 0.4), (35.0, 0.3)] {
+        let placed = medial.place(DVec3::new(x, 19.8, z), &rim);
         // Half way between the lower side and the tangent plane at the rounding's end would be the corner at z = -2.
         assert!(
-            placed.distance(DVec3::new(12.0, 20.0, 0.0)) < 1e-9,
-            "{z}: {placed}"
+            placed.distance(DVec3::new(x, 20.0, 0.0)) < 1e-9,
+            "{x} {z}: {placed}"
         );
     }
 }

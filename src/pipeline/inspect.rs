@@ -8,7 +8,7 @@ use super::facts::{solid_facts, wall_facts};
 use super::{Progress, clean, import_options, midsurface, sizing, untangled};
 use crate::import::{Piece, import_cad_told};
 use crate::inspection::{Inspection, SolidFacts};
-use crate::medial::Medial;
+use crate::medial::{Held, Medial};
 use crate::options::MeshOptions;
 use std::path::Path;
 
@@ -50,8 +50,15 @@ fn inspect_solid(
         Err(error) => return Err(error),
     };
     let medial = Medial::new(brep, &found.aag, &found.pairing);
+    let held = Held::new(&medial);
     let sizing = sizing(brep, &found, &medial, options);
     // Counted on the raw complex, every crumb of a sheet between two close junction curves would be one.
-    let clean = clean(untangled(&found, &medial, clock), &sizing, &medial, clock);
+    let clean = clean(
+        untangled(&found, &medial, &held, clock),
+        &sizing,
+        &medial,
+        &held,
+        clock,
+    );
     Ok(wall_facts(facts, brep, &found, &clean))
 }

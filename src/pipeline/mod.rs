@@ -19,7 +19,7 @@ use crate::charts;
 use crate::geom::orient;
 use crate::geom::placer::Placer;
 use crate::import::{ImportOptions, Piece, import_cad_told};
-use crate::medial::Medial;
+use crate::medial::{Held, Medial};
 use crate::model::brep::Brep;
 use crate::model::complex::MidComplex;
 use crate::model::element_shape::ElementShape;
@@ -29,7 +29,7 @@ use crate::model::shell::ShellMesh;
 use crate::options::MeshOptions;
 use crate::stage::fair::FairStats;
 use crate::stage::remesh::RemeshOptions;
-use crate::stage::{audit, balance, fair, prune, quads, quality, remesh, shell, size};
+use crate::stage::{audit, balance, extract, fair, prune, quads, quality, remesh, shell, size};
 use clock::Clock;
 use dump::Dump;
 use glam::DVec3;
@@ -142,25 +142,26 @@ fn mesh_solid(
     dump.mid_surface(piece, &found)?;
     let medial = Medial::new(brep, &found.aag, &found.pairing);
     let sizing = clock.time("size", || sizing(brep, &found, &medial, options));
-    let fair = untangled(&found, &medial, clock);
+    let held = Held::new(&medial);
+    let fair = untangled(&found, &medial, &held, clock);
     dump.complex("fair", &fair)?;
     let field = field(&sizing, &medial);
-    let clean = clean(fair, &sizing, &medial, clock);
+    let clean = clean(fair, &sizing, &medial, &held, clock);
     dump.complex("clean", &clean)?;
     let options = RemeshOptions::default();
     let complex = clock.time("remesh", || {
-        remesh::remesh(clean, &field, &medial, &options).0
+        remesh::remesh(clean, &field, &held, &options).0
     });
     dump.complex("remeshed", &complex)?;
     let complex = clock.time("charts", || {
-        charts::mesh_charts(&complex, &field, &medial).complex
+        charts::mesh_charts(&complex, &field, &held).complex
     });
     dump.complex("charted", &complex)?;
     let complex = clock.time("polish", || {
-        let complex = remesh::polish(complex, &field, &medial, &options);
-        let complex = mended(complex, &medial);
-        let complex = connected(complex, |c| remesh::without_flat(c, &medial));
-        connected(complex, |c| remesh::unfold(c, &medial))
+        let complex = remesh::polish(complex, &field, &held, &options);
+        let complex = mended(complex, &held);
+        let complex = connected(complex, |c| remesh::without_flat(c, &held));
+        connected(complex, |c| remesh::unfold(c, &held))
     });
     dump.complex("polished", &complex)?;
     let complex = clock.time("balance", || balance::balance(complex, &medial));
@@ -199,10 +200,15 @@ fn field<'a>(
 }
 
 /// The raw complex untangled.
-fn untangled(found: &MidSurface, medial: &Medial<'_>, clock: &mut Clock<'_>) -> MidComplex {
-    let thickness = |w: WallId| medial.mean_thickness(w);
+fn untangled(
+    found: &MidSurface,
+    walls: &Medial<'_>,
+    medial: &dyn Placer,
+    clock: &mut Clock<'_>,
+) -> MidComplex {
+    let thickness = |w: WallId| walls.mean_thickness(w);
     clock.time("fair", || {
-        let (complex, _) = fair::fair(found.complex.clone(), medial);
+        let (complex, _) = fair::fair(extract::place(found.complex.clone(), medial), medial);
         let complex = connected(complex, |c| remesh::merge_strips(c, &thickness, medial));
         let complex = connected(complex, |c| remesh::without_flat(c, medial));
         // Where strips have become curves, what hung between them is a fin.
@@ -216,7 +222,7 @@ fn untangled(found: &MidSurface, medial: &Medial<'_>, clock: &mut Clock<'_>) -> 
 /// Contracts what is still turned and untangles again, in turns; with how many turned triangles are left.
 fn unknotted(
     (mut complex, mut stats): (MidComplex, FairStats),
-    medial: &Medial<'_>,
+    medial: &dyn Placer,
 ) -> (MidComplex, usize) {
     for _ in 1..KNOT_ROUNDS {
         if stats.turned_after == 0 {
@@ -229,7 +235,7 @@ fn unknotted(
 }
 
 /// A finished complex with fewer turned or folded triangles, if it can be had.
-fn mended(mut complex: MidComplex, medial: &Medial<'_>) -> MidComplex {
+fn mended(mut complex: MidComplex, medial: &dyn Placer) -> MidComplex {
     // What is folded over stops a solver; what only leans from its wall's normal may be a coarse bend.
     let count = |c: &MidComplex| {
         let all: Vec<TriangleId> = c.triangles.ids().collect();
@@ -258,10 +264,11 @@ fn mended(mut complex: MidComplex, medial: &Medial<'_>) -> MidComplex {
 fn clean(
     fair: MidComplex,
     sizing: &size::Sizing,
-    medial: &Medial<'_>,
+    walls: &Medial<'_>,
+    medial: &dyn Placer,
     clock: &mut Clock<'_>,
 ) -> MidComplex {
-    let field = field(sizing, medial);
+    let field = field(sizing, walls);
     let shortest = |p: DVec3, w: WallId| sizing.speck(field(p, w));
     clock.time("clean", || {
         let complex = remesh::clean(fair, &shortest, medial);

@@ -166,7 +166,7 @@ pub fn extract(
 }
 
 /// Puts every node onto its supports.
-pub fn place(mut complex: MidComplex, medial: &Medial<'_>) -> MidComplex {
+pub fn place(mut complex: MidComplex, medial: &dyn Placer) -> MidComplex {
     complex
         .nodes
         .as_mut_slice()
