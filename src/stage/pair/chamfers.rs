@@ -4,7 +4,7 @@
 //!      ________________ inner edge
 //!                      \  chamfer
 //!      - - - - - - - .   \              Midway between chamfer and opposite side the sheet goes down at half the chamfer's angle, from a little before the inner edge
-//!                      ` - .|  end      on, to the middle of what is left of the end face.
+//!                      ` - .|  end      on, down to the end face.
 //!      _____________________|
 //! ```
 //! Without this the sheet runs straight on at the wall's middle and comes out through the chamfer, nearer and nearer to it. A look inwards from a chamfer of 45 degrees meets
