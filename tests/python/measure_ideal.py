@@ -206,7 +206,10 @@ def draw(name, d):
     elif name == "slanted_rim":
         d.rect((0, 0, 1.5), (60, 0, 0), (0, 40, 0), 3.0)
     elif name == "chamfered_rim":
-        d.rect((0, 0, 1.5), (59.7, 0, 0), (0, 40, 0), 3.0)
+        k = math.tan(pi / 8)
+        fold, low = 60 - (1.5 - 1.2 * k) / k, 1.2 * k
+        d.rect((0, 0, 1.5), (fold, 0, 0), (0, 40, 0), 3.0)
+        d.rect((fold, 0, 1.5), (60 - fold, 0, low - 1.5), (0, 40, 0), lambda x, y, z: 2 * z)
     elif name in ("fillet_one_side", "chamfer_t"):
         ribs(d, 60, 40, 3, 3.0, 20, 2.0)
     elif name == "fillet_wide":

@@ -1,5 +1,6 @@
 //! Closed forms for every step of pairing.
 
+mod chamfers;
 mod gates;
 mod risers;
 mod sight;

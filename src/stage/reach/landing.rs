@@ -162,8 +162,8 @@ mod tests {
         }
     }
 
-    /// Where a node ends that lies on the end face of a plate whose chamfer takes in `leg` of the thickness.
-    fn landed_at(leg: f64) -> Option<MidNode> {
+    /// Where a node ends that lies on the end face of a plate whose chamfer takes in `leg` of the thickness, with the faces of the upper side.
+    fn landed_at(leg: f64, upper: &[u32]) -> Option<MidNode> {
         let profile = [
             (0.0, 0.0),
             (20.0, 0.0),
@@ -184,7 +184,10 @@ mod tests {
         let corners: Vec<[DVec3; 3]> = solid.facets.ids().map(|f| solid.corners(f)).collect();
         let mut pairing = Pairing::default();
         pairing.walls.push(Wall {
-            sides: [vec![FaceId(TOP)], vec![FaceId(BOTTOM)]],
+            sides: [
+                upper.iter().copied().map(FaceId).collect(),
+                vec![FaceId(BOTTOM)],
+            ],
             thickness: 2.0,
             group: 0,
         });
@@ -206,11 +209,13 @@ mod tests {
 
     #[test]
     fn a_rim_lies_on_the_chamfer_that_the_middle_meets_and_else_on_the_end_face() {
-        let node = landed_at(1.2).unwrap();
+        let node = landed_at(1.2, &[TOP]).unwrap();
         assert!(node.point.distance(DVec3::new(19.8, 4.0, 1.0)) < 1e-12);
         let faces: Vec<FaceId> = faces(&node.supports).collect();
         assert_eq!(faces, [FaceId(CHAMFER)]);
         // A chamfer of less than half of the thickness leaves the rim where it is.
-        assert_eq!(landed_at(0.8), None);
+        assert_eq!(landed_at(0.8, &[TOP]), None);
+        // Nor does one that is a side itself take it: the middle bends and goes on to the end face.
+        assert_eq!(landed_at(1.2, &[CHAMFER, TOP]), None);
     }
 }
