@@ -176,8 +176,10 @@ fn neck(rib: f64) -> f64 {
 
 #[test]
 fn a_strip_beside_a_rib_is_the_wall_that_carries_the_rib() {
-    // Two thick, two wide, and beyond the rib the plate goes on: no neck.
-    assert_eq!(neck(2.0), 2.0);
+    // Two thick, two wide, and beyond the rib the plate goes on. Across it there is no neck; aslant the way through the rib is longer than what is looked at,
+    // and the strip is √2 thicknesses wide, less the error of the last halving.
+    let width = neck(2.0);
+    assert!((1.3..1.42).contains(&width), "{width}");
     // Beyond four there is no telling plate and block apart: a neck as wide as it is thick.
     let width = neck(4.0);
     assert!((0.9..1.2).contains(&width), "{width}");
