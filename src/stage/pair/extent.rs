@@ -6,7 +6,8 @@
 //! along the first look or, round a bore narrower than the wall, by their nearest points.
 //!
 //! Limit: the eight directions miss the narrowest one by up to 22.5 degrees, so that widths are up to 8 % too great.
-//! Cost: at most eight times [`STEPS`] steps of two rays a look and the halvings of the last, fewer where the wall soon ends.
+//! Cost: at most eight times [`STEPS`] steps of two rays a look and the halvings of the last, fewer where the wall soon ends; as many again at most
+//! where it ends in a rib.
 
 use crate::model::sighting::Extent;
 use crate::spatial::TriangleBvh;
@@ -25,6 +26,9 @@ const ALIKE: f64 = 1.35;
 
 /// Rays end here, in thicknesses: what is further off is beyond reach, and no side of a wall that goes on.
 const FAR: f64 = if ALIKE > REACH { ALIKE } else { REACH };
+/// Beneath a rib that stands on one of its sides a wall goes on if it is found again nearer than this, in thicknesses: from the middle of a strip as wide
+/// as the wall is thick that is beyond a rib of one and a half thicknesses, the thickest that the wall carries and not the other way round.
+const BENEATH: f64 = 2.0;
 
 /// Between two sides that bend together the sum of the distances stays; it may change by this factor, the sagitta of six facets round a bore. Between
 /// a bore and a flat face it changes more before the bore is as wide as the wall is thick.
@@ -106,6 +110,49 @@ pub(super) fn extent(boundary: &Boundary<'_>, point: DVec3, inward: DVec3, acros
     found
 }
 
+/// Whether a wall that ends in other material after `reached` thicknesses only carries a rib there: one of its sides goes on flat, the other
+/// stands back, and behind the rib both are where they were.
+fn beneath_rib(
+    boundary: &Boundary<'_>,
+    middle: DVec3,
+    inward: DVec3,
+    direction: DVec3,
+    across: f64,
+    reached: f64,
+) -> bool {
+    let half = across / 2.0;
+    let stays = |d: f64| (half / ALIKE..half * ALIKE).contains(&d);
+    let step = REACH / f64::from(STEPS);
+    let first = (reached / step).round() as u32 + 1;
+    let last = (BENEATH / step).round() as u32;
+    let mut carrying = [true; 2];
+    for i in first..=last {
+        let next = step * f64::from(i);
+        let at = middle + direction * (next * across);
+        let distances = boundary.bvh.first_distances(at, inward, FAR * across);
+        let here = distances.map(stays);
+        if here == [true; 2] {
+            // Sideways nothing may lie between: what is seen behind a gap is another wall.
+            return i > first
+                && boundary
+                    .bvh
+                    .first_hit_between(middle, direction, [0.0, next * across])
+                    .is_none();
+        }
+        for ((carrying, here), d) in carrying.iter_mut().zip(here).zip(distances) {
+            // The other side must be further off than before, not nearer.
+            *carrying &= here;
+            if !here && d < half {
+                return false;
+            }
+        }
+        if carrying == [false; 2] {
+            return false;
+        }
+    }
+    false
+}
+
 /// How far the wall goes on in one direction, in thicknesses, and how it ends. It goes on beneath a rib that is thinner than the reach, and
 /// where it only gets thinner up to its end, as a ridge with a roof does, it goes on up to there.
 fn reach(
@@ -150,6 +197,9 @@ fn reach(
         if !broken {
             reached = next;
         }
+    }
+    if broken && beneath_rib(boundary, middle, inward, direction, across, reached) {
+        return (REACH, End::Open);
     }
     if broken {
         // Somewhere in the step after the last good one; never more than there is, so that a ridge as high as thick is none too wide.

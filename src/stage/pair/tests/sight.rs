@@ -1,5 +1,5 @@
 use super::*;
-use crate::test_parts::voxels::{filled, lines, wedge};
+use crate::test_parts::voxels::{Filled, filled, lines, wedge};
 use crate::test_parts::{box_brep, tube_brep};
 use glam::DVec3;
 
@@ -145,4 +145,42 @@ fn a_wall_goes_on_beneath_a_fin_and_ends_at_a_step() {
     };
     let [low, high] = range(&looks, before, |s| s.extent.rib);
     assert!((1.3..1.8).contains(&low) && high < 1.8, "{low} {high}");
+}
+
+/// A plate 40 x 24, 2 thick, a rib 3 high on it that starts at x = 12 and is as thick as told, and on the plate's far half a block up to the same height
+/// that starts 2 behind the rib.
+fn strip(rib: f64) -> Filled {
+    let (behind, block) = (12.0 + rib, 14.0 + rib);
+    filled(
+        [
+            lines(&[(12.0, 6), (behind, 2), (block, 2), (40.0, 10)]),
+            lines(&[(24.0, 12)]),
+            lines(&[(2.0, 1), (5.0, 2)]),
+        ],
+        |p| p.z < 2.0 || (12.0..behind).contains(&p.x) || p.x > block,
+    )
+}
+
+/// Least width of the necks seen from the strip's middle.
+fn neck(rib: f64) -> f64 {
+    let looks = sight(&strip(rib).brep);
+    let middle = |s: &Sighting| {
+        let x = s.point.x - 12.0 - rib;
+        s.inward.z < -0.9
+            && s.point.z < 3.0
+            && (0.8..1.2).contains(&x)
+            && (5.0..19.0).contains(&s.point.y)
+    };
+    range(&looks, middle, |s| s.extent.neck)[0]
+}
+
+#[test]
+fn a_strip_beside_a_rib_is_the_wall_that_carries_the_rib() {
+    // Two thick, two wide, and beyond the rib the plate goes on. Across it there is no neck; aslant the way through the rib is longer than what is looked at,
+    // and the strip is √2 thicknesses wide, less the error of the last halving.
+    let width = neck(2.0);
+    assert!((1.3..1.42).contains(&width), "{width}");
+    // Beyond four there is no telling plate and block apart: a neck as wide as it is thick.
+    let width = neck(4.0);
+    assert!((0.9..1.2).contains(&width), "{width}");
 }
