@@ -14,6 +14,7 @@
 //!
 //! Reference: C. Geuzaine, J.-F. Remacle, "Gmsh: a three-dimensional finite element mesh generator", IJNME 79 (2009), doi:10.1002/nme.2579.
 
+mod ears;
 mod error;
 pub mod facet;
 mod gmsh;
