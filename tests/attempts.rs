@@ -91,9 +91,10 @@ fn one_attempt_that_hangs_leaves_time_for_another() {
 fn a_mesh_without_the_volume_of_the_solid_is_not_believed() {
     let bench = Bench::new();
     let input = bench.step("plate.step", PLATE);
-    // The real gmsh meshes, and then a solid of twice the volume is claimed.
+    // The real gmsh meshes, and then a solid of twice the volume is claimed, with one face more.
     let script = format!(
-        "echo 'midshell: solid 1 volume 24000 area 12640 diagonal 116.6'\nexec '{}' \"$@\"",
+        "echo 'midshell: solid 1 volume 24000 area 12640 diagonal 116.6'
+echo 'midshell: solids 1 surfaces 7 open 0 thickness 3.8 area 12640'\nexec '{}' \"$@\"",
         gmsh().display()
     );
     let options = ImportOptions {
@@ -105,6 +106,32 @@ fn a_mesh_without_the_volume_of_the_solid_is_not_believed() {
         error.to_string().contains("50.0 % of its volume"),
         "{error}"
     );
+}
+
+#[test]
+fn two_meshes_that_agree_are_believed_against_the_cad_kernel() {
+    let bench = Bench::new();
+    let script = include_str!("parts/one_face.geo");
+    let input = bench.step("one_face.step", script);
+    let ended = bench.mesh(&input, &["--json", "one_face.json"]);
+    assert_eq!(ended.status, Some(0), "{}", ended.stderr);
+    assert!(
+        ended
+            .stdout
+            .contains("differs from that of two different meshes"),
+        "{}",
+        ended.stdout
+    );
+    let report = std::fs::read_to_string(bench.at("one_face.json")).unwrap();
+    let report: serde_json::Value = serde_json::from_str(&report).unwrap();
+    let solid = &report["solids"][0];
+    // Its one face is divided: a wall with two sides, and one sheet.
+    assert_eq!((&solid["walls"], &solid["sheets"]), (&1.into(), &1.into()));
+    // 2 W ((pi - g) R + T / 2), to the crests of its round ends.
+    let area = report["quality"]["area"].as_f64().unwrap();
+    assert!((area / 2056.354 - 1.0).abs() < 0.01, "{area}");
+    let thickness = report["audit"]["thickness_median"].as_f64().unwrap();
+    assert!((thickness - 4.0).abs() < 0.01, "{thickness}");
 }
 
 /// Fills surfaces well and fails in every volume.

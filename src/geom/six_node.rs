@@ -65,6 +65,14 @@ impl Polynomial {
     }
 }
 
+/// The volume between every facet of a boundary and the origin, mm³, of six-node facets: their sum is what they enclose.
+pub fn facet_volumes(brep: &Brep) -> impl Iterator<Item = f64> + '_ {
+    brep.facets.enumerated().map(|(id, facet)| {
+        let (corners, mids) = (brep.corners(id), facet.mids);
+        QuadraticTriangle { corners, mids }.volume()
+    })
+}
+
 /// The facets of every face.
 pub fn facets_of_faces(brep: &Brep) -> IndexVec<FaceId, Vec<QuadraticTriangle>> {
     let mut of_face = IndexVec::filled(Vec::new(), brep.faces.len());

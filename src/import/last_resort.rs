@@ -11,7 +11,7 @@ use super::script::{self, Facts, SURFACES, SolidFacts};
 use super::skin::{Skin, skins};
 use super::tetwild::{self, FillOptions, TetWild};
 use super::{ImportError, TetWildError};
-use super::{Imported, Job, MeshFault, Piece, gmsh, msh, same_volume};
+use super::{Imported, Job, MeshFault, Piece, gmsh, msh, volume};
 
 /// Envelopes that are tried, in mean thicknesses: wide ones are faster, narrow ones keep the volume of a part with walls far thinner than the mean.
 const ENVELOPES: [f64; 2] = [0.05, 0.015];
@@ -119,9 +119,9 @@ fn fill_one(
         };
         let filling = tetwild::fill(tool, &points, &triangles, &options)?;
         let piece = relabel(skin, &filling, envelope)?;
-        match same_volume(&piece, std::slice::from_ref(facts)) {
-            Ok(()) => return Ok(piece),
-            Err(fault) => last = fault,
+        match volume::fault(&piece, std::slice::from_ref(facts)) {
+            None => return Ok(piece),
+            Some(fault) => last = fault,
         }
     }
     Err(last)

@@ -14,6 +14,7 @@
 //!
 //! Reference: C. Geuzaine, J.-F. Remacle, "Gmsh: a three-dimensional finite element mesh generator", IJNME 79 (2009), doi:10.1002/nme.2579.
 
+mod ears;
 mod error;
 pub mod facet;
 mod gmsh;
@@ -27,6 +28,7 @@ mod relabel;
 mod script;
 mod skin;
 pub mod tetwild;
+mod volume;
 
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
@@ -35,7 +37,6 @@ pub use error::{ImportError, MeshFault};
 pub use gmsh::{Gmsh, find_gmsh};
 pub use tetwild::TetWildError;
 
-use crate::geom::six_node::QuadraticTriangle;
 use crate::model::brep::Brep;
 use crate::model::length_unit::LengthUnit;
 use crate::model::tets::Tets;
@@ -43,6 +44,7 @@ use gmsh::Launcher;
 use piece::PieceError;
 use process::{Ended, Limits, Run};
 use script::{ATTEMPTS, Attempt, Facts, SolidFacts};
+use volume::{Doubted, OUTVOTED};
 
 /// One solid: its boundary and the tets that fill it.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -150,22 +152,39 @@ pub fn import_cad_told(
 
 /// How an attempt failed.
 enum Failure {
-    Gmsh { log: String, reason: String },
-    Mesh { fault: MeshFault, log: String },
-    Time { log: String },
+    Gmsh {
+        log: String,
+        reason: String,
+    },
+    Mesh {
+        fault: MeshFault,
+        log: String,
+    },
+    /// Filled, but not of the volume that the CAD kernel measures.
+    Volume {
+        fault: MeshFault,
+        pieces: Vec<Piece>,
+        log: String,
+    },
+    Time {
+        log: String,
+    },
 }
 
 impl Failure {
     fn log(&self) -> &str {
         match self {
-            Self::Gmsh { log, .. } | Self::Mesh { log, .. } | Self::Time { log } => log,
+            Self::Gmsh { log, .. }
+            | Self::Mesh { log, .. }
+            | Self::Volume { log, .. }
+            | Self::Time { log } => log,
         }
     }
 
     fn reason(&self) -> String {
         match self {
             Self::Gmsh { reason, .. } => reason.clone(),
-            Self::Mesh { fault, .. } => fault.to_string(),
+            Self::Mesh { fault, .. } | Self::Volume { fault, .. } => fault.to_string(),
             Self::Time { .. } => "out of time".to_owned(),
         }
     }
@@ -175,9 +194,6 @@ impl Failure {
 const ATTEMPT_SHARE: f64 = 0.5;
 /// Share of the time limit that all runs of gmsh may take; the rest is for fTetWild, which takes 10 to 30 s.
 const GMSH_SHARE: f64 = 0.6;
-/// Most that the volume of a mesh may differ from the solid's: six-node facets are better than that by far.
-const VOLUME_TOLERANCE: f64 = 0.005;
-
 struct Job<'a> {
     path: &'a Path,
     extension: &'static str,
@@ -213,10 +229,12 @@ impl Job<'_> {
         let mut attempts: Vec<String> = Vec::new();
         let mut facts = Facts::default();
         let mut last: Option<Failure> = None;
+        let mut doubted = Doubted::default();
         for attempt in &ATTEMPTS {
             let out_of_time = matches!(last, Some(Failure::Time { .. }));
             if let Some(failure) = &last
-                && !attempt.is_worth_it(failure.log(), out_of_time, facts)
+                && (!attempt.is_worth_it(failure.log(), out_of_time, facts)
+                    || doubted.knows_surface_of(attempt))
             {
                 continue;
             }
@@ -260,10 +278,22 @@ impl Job<'_> {
                         notes: Vec::new(),
                     });
                 }
-                Err(failure) => {
+                Err(mut failure) => {
                     let line = format!("{}: {}", attempt.name, failure.reason());
                     tell(&line);
                     attempts.push(line);
+                    if let Failure::Volume { pieces, .. } = &mut failure
+                        && let Some(agreed) =
+                            doubted.agree(*attempt, std::mem::take(pieces), facts.surfaces)
+                    {
+                        return Ok(Imported {
+                            pieces: agreed,
+                            gmsh_version: version.unwrap_or_default(),
+                            way: attempt.name.to_owned(),
+                            attempts,
+                            notes: vec![OUTVOTED.to_owned()],
+                        });
+                    }
                     last = Some(failure);
                 }
             }
@@ -339,18 +369,26 @@ impl Job<'_> {
         msh::Msh::parse(&bytes)
             .map_err(MeshFault::from)
             .and_then(|msh| piece::build_pieces(&msh).map_err(MeshFault::from))
-            .and_then(|pieces| {
-                let solids = SolidFacts::in_log(&log);
-                pieces.iter().try_for_each(|p| same_volume(p, &solids))?;
-                Ok(pieces)
-            })
             .map_err(|fault| match fault {
                 // Gmsh may write the surfaces alone after an error: the error is the cause then.
                 MeshFault::Piece(PieceError::NotFilled { .. }) if log.contains("Error") => {
                     let reason = gmsh::error_lines(&log).join(" | ");
-                    Failure::Gmsh { log, reason }
+                    Failure::Gmsh {
+                        log: log.clone(),
+                        reason,
+                    }
                 }
-                fault => Failure::Mesh { fault, log },
+                fault => Failure::Mesh {
+                    fault,
+                    log: log.clone(),
+                },
+            })
+            .and_then(|pieces| {
+                let solids = SolidFacts::in_log(&log);
+                match pieces.iter().find_map(|p| volume::fault(p, &solids)) {
+                    None => Ok(pieces),
+                    Some(fault) => Err(Failure::Volume { fault, pieces, log }),
+                }
             })
     }
 
@@ -404,11 +442,13 @@ impl Job<'_> {
         }
         match last {
             Some(Failure::Time { .. }) => self.out_of_time(attempts),
-            Some(Failure::Mesh { fault, .. }) => ImportError::BadMesh {
-                path,
-                cause: fault,
-                attempts,
-            },
+            Some(Failure::Mesh { fault, .. } | Failure::Volume { fault, .. }) => {
+                ImportError::BadMesh {
+                    path,
+                    cause: fault,
+                    attempts,
+                }
+            }
             Some(Failure::Gmsh { log, .. }) => ImportError::GmshFailed {
                 path,
                 attempts,
@@ -420,27 +460,5 @@ impl Job<'_> {
                 lines: Vec::new(),
             },
         }
-    }
-}
-
-/// Whether the curved facets enclose the volume that the CAD kernel measures.
-fn same_volume(piece: &Piece, solids: &[SolidFacts]) -> Result<(), MeshFault> {
-    let solid = piece.brep.solid_tag;
-    let Some(facts) = solids.iter().find(|s| s.tag == solid && s.volume > 0.0) else {
-        return Ok(());
-    };
-    let brep = &piece.brep;
-    let volume: f64 = (brep.facets.enumerated())
-        .map(|(id, facet)| QuadraticTriangle {
-            corners: brep.corners(id),
-            mids: facet.mids,
-        })
-        .map(|q| q.volume())
-        .sum();
-    let share = volume / facts.volume;
-    if (share - 1.0).abs() <= VOLUME_TOLERANCE {
-        Ok(())
-    } else {
-        Err(MeshFault::Volume { solid, share })
     }
 }

@@ -14,6 +14,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::Piece;
+use super::ears;
 use super::msh::{ElementBlock, ElementKind, Msh, MshEntity};
 use crate::model::brep::{Brep, BrepFault, Curve, Face, Facet};
 use crate::model::ids::{CurveId, FaceId, Id, IndexVec, VertexId};
@@ -128,7 +129,7 @@ fn build_piece(msh: &Msh, volume: &MshEntity) -> Result<Piece, PieceError> {
     let vertex = |node: u32| VertexId(vertex_of[node as usize]);
 
     let (curves, faces) = read_curves(msh, solid, &surfaces, &triangles, vertex)?;
-    let brep = Brep {
+    let mut brep = Brep {
         solid_tag: solid,
         vertices: order.iter().map(|&n| msh.nodes[n as usize]).collect(),
         facets: triangles
@@ -142,6 +143,7 @@ fn build_piece(msh: &Msh, volume: &MshEntity) -> Result<Piece, PieceError> {
         faces,
         curves,
     };
+    ears::hand_over(&mut brep);
     let tets = Tets {
         cells: tets.iter().map(|t| t.map(vertex)).collect(),
     };

@@ -130,6 +130,12 @@ pub(super) const SURFACES: [Attempt; 2] = [
 const MOST_FACETS: f64 = 4e5;
 
 impl Attempt {
+    /// Whether the other one's surface mesh is the same, but for mid-side points.
+    pub(super) fn has_surface_of(&self, other: &Self) -> bool {
+        let surface = |a: &Self| (a.surface_algorithm, a.heal, a.sew, a.even);
+        surface(self) == surface(other)
+    }
+
     /// Whether the attempt can do what the last one, which wrote `log`, could not.
     pub(super) fn is_worth_it(&self, log: &str, ran_out_of_time: bool, facts: Facts) -> bool {
         let open = facts.solids == 0 || facts.is_open();

@@ -3,6 +3,11 @@
 use super::ids::FaceId;
 use glam::DVec3;
 
+/// A wall is wider than this in one direction at least: the diagonal of a cube is not, √2 and a little for rounding.
+const LEAST_LENGTH: f64 = 1.42;
+/// Of a bar the thinner direction is the wall's. Its two directions differ by more than this, the eight directions' error.
+const BAR: f64 = 1.1;
+
 /// One look through the material.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sighting {
@@ -41,4 +46,13 @@ impl Extent {
         rib: 2.0,
         most: 2.0,
     };
+
+    /// Whether a wall of this extent is wide enough, given its least width in thicknesses. A rib may be narrow, since it has a free end. A neck may not, it is part of the
+    /// thicker wall; nor may a bar, it is a wall in the other direction, except where plates perforated so densely are wanted.
+    pub fn is_wide(&self, least_width: f64) -> bool {
+        self.most > LEAST_LENGTH
+            && self.rib > least_width
+            && self.neck > least_width.max(1.0)
+            && self.bar > BAR.min(2.0 * BAR * least_width)
+    }
 }

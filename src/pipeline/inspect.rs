@@ -5,6 +5,7 @@
 use super::clock::Clock;
 use super::error::PipelineError;
 use super::facts::{solid_facts, wall_facts};
+use super::seen::Seen;
 use super::{Progress, clean, import_options, midsurface, sizing, untangled};
 use crate::import::{Piece, import_cad_told};
 use crate::inspection::{Inspection, SolidFacts};
@@ -27,7 +28,7 @@ pub fn inspect(
     })?;
     let solids = imported
         .pieces
-        .iter()
+        .into_iter()
         .map(|piece| inspect_solid(piece, options, &mut clock))
         .collect::<Result<_, _>>()?;
     Ok(Inspection {
@@ -38,13 +39,15 @@ pub fn inspect(
 }
 
 fn inspect_solid(
-    piece: &Piece,
+    piece: Piece,
     options: &MeshOptions,
     clock: &mut Clock<'_>,
 ) -> Result<SolidFacts, PipelineError> {
-    let brep = &piece.brep;
-    let facts = clock.time("faces", || solid_facts(brep));
-    let found = match midsurface::mid_surface(piece, clock) {
+    // Of the faces in the file, before any is divided.
+    let facts = clock.time("faces", || solid_facts(&piece.brep));
+    let seen = Seen::new(piece, clock);
+    let brep = &seen.piece.brep;
+    let found = match midsurface::mid_surface(&seen, clock) {
         Ok(found) => found,
         Err(PipelineError::NoThinWall { .. }) => return Ok(facts),
         Err(error) => return Err(error),

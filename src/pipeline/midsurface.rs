@@ -4,7 +4,7 @@
 
 use super::clock::Clock;
 use super::error::PipelineError;
-use crate::import::Piece;
+use super::seen::Seen;
 use crate::medial::Medial;
 use crate::model::brep::Brep;
 use crate::model::complex::MidComplex;
@@ -49,18 +49,15 @@ struct Source<'a> {
     brep: &'a Brep,
     graph: TetGraph,
     aag: Aag,
-    sightings: Vec<Sighting>,
+    sightings: &'a [Sighting],
     euler: f64,
 }
 
 /// Finds the mid-surface.
-pub(super) fn mid_surface(
-    piece: &Piece,
-    clock: &mut Clock<'_>,
-) -> Result<MidSurface, PipelineError> {
+pub(super) fn mid_surface(seen: &Seen, clock: &mut Clock<'_>) -> Result<MidSurface, PipelineError> {
+    let Seen { piece, sightings } = seen;
     let brep = &piece.brep;
     let aag = clock.time("adjacency", || adjacency::adjacency(brep));
-    let sightings = clock.time("pair", || pair::sight(brep));
     let graph = clock.time("decompose", || TetGraph::new(&piece.tets));
     let euler = brep.euler() as f64 / 2.0;
     let source = Source {

@@ -9,6 +9,7 @@ mod memory;
 mod merge;
 mod midsurface;
 mod report;
+mod seen;
 
 pub use error::PipelineError;
 pub use inspect::inspect;
@@ -34,6 +35,7 @@ use clock::Clock;
 use dump::Dump;
 use glam::DVec3;
 use midsurface::MidSurface;
+use seen::Seen;
 use std::path::Path;
 
 /// Rounds of untangling; every one takes the knots of the last away.
@@ -73,7 +75,7 @@ pub fn mesh(
             progress.stage(&format!("import: {line}"));
         })
     })?;
-    let mut run = mesh_pieces(&imported.pieces, options, &mut clock)?;
+    let mut run = mesh_pieces(imported.pieces, options, &mut clock)?;
     run.report.input = input.to_owned();
     run.report.gmsh_version = imported.gmsh_version;
     run.report.import_way = imported.way;
@@ -95,17 +97,18 @@ fn import_options(options: &MeshOptions) -> ImportOptions {
 
 /// Meshes solids that are already read and filled.
 fn mesh_pieces(
-    pieces: &[Piece],
+    pieces: Vec<Piece>,
     options: &MeshOptions,
     clock: &mut Clock<'_>,
 ) -> Result<MeshRun, PipelineError> {
-    let breps: Vec<&Brep> = pieces.iter().map(|p| &p.brep).collect();
+    let pieces: Vec<Seen> = (pieces.into_iter()).map(|p| Seen::new(p, clock)).collect();
+    let breps: Vec<&Brep> = pieces.iter().map(|p| &p.piece.brep).collect();
     let diagonal = breps.iter().map(|b| b.diagonal()).fold(0.0, f64::max);
     options.check_against(diagonal)?;
     let mut meshes = Vec::new();
     let mut solids = Vec::new();
-    for piece in pieces {
-        let (mesh, solid) = mesh_solid(piece, options, clock)?;
+    for seen in &pieces {
+        let (mesh, solid) = mesh_solid(seen, options, clock)?;
         meshes.push(mesh);
         solids.push(solid);
     }
@@ -131,14 +134,15 @@ fn mesh_pieces(
 
 /// The shell of triangles of one solid.
 fn mesh_solid(
-    piece: &Piece,
+    seen: &Seen,
     options: &MeshOptions,
     clock: &mut Clock<'_>,
 ) -> Result<(ShellMesh, SolidReport), PipelineError> {
+    let piece = &seen.piece;
     let brep = &piece.brep;
     let dump = Dump::new(options, Some(brep.solid_tag))?;
     dump.import(piece)?;
-    let found = midsurface::mid_surface(piece, clock)?;
+    let found = midsurface::mid_surface(seen, clock)?;
     dump.mid_surface(piece, &found)?;
     let medial = Medial::new(brep, &found.aag, &found.pairing);
     let sizing = clock.time("size", || sizing(brep, &found, &medial, options));

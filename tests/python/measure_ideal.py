@@ -112,7 +112,7 @@ def draw(name, d):
         d.profile([(0, 1.5), (18.5, 1.5), (18.5, 23.5), (37, 23.5)], 3.5, 15, 3.0)
     elif name == "hat_bend":
         d.profile([(0, 1.5), (12.5, 1.5), (12.5, 18.5), (35.5, 18.5), (35.5, 1.5), (48, 1.5)], 3.5, 12, 3.0)
-    elif name in ("t_sharp", "t_fillet"):
+    elif name in ("t_sharp", "t_fillet", "fillet_variable", "fillet_stepped"):
         ribs(d, 60, 40, 3, 3.0, 20, 2.0)
     elif name == "rib_partial":
         ribs(d, 60, 40, 3, 3.0, 20, 2.0, 15, 30)
@@ -249,6 +249,10 @@ def draw(name, d):
         k = [o.addPoint(*p, 0) for p in at]
         ends = [o.addPoint(*(at[0] - 2 * along[0]), 0), o.addPoint(*(at[-1] + 2 * along[-1]), 0)]
         d.sweep([o.addLine(ends[0], k[0]), o.addSpline(k), o.addLine(k[-1], ends[1])], (0, 0, 10), 4.0)
+    elif name == "lens_duct":
+        x = math.sqrt(59**2 - 45**2)
+        k = [o.addPoint(*p) for p in ((-x, 0, 0), (x, 0, 0), (0, 0, -45), (0, 0, 45))]
+        d.sweep([o.addCircleArc(k[0], k[2], k[1]), o.addCircleArc(k[1], k[3], k[0])], (0, 40, 0), 2.0)
     elif name == "c_tube":
         d.spin([d.line((18, 0, 0), (18, 0, 24))], 2 * pi - pi / 9, 4.0)
     elif name == "hollow_sphere":

@@ -1,7 +1,7 @@
 //! The gates: which faces that see each other across material are a pair.
 
 use crate::model::ids::{FaceId, IndexVec, WallId};
-use crate::model::sighting::{Extent, Sighting};
+use crate::model::sighting::Sighting;
 use crate::model::walls::{Aag, Convexity, FacePair};
 
 /// What a pair must show.
@@ -39,22 +39,6 @@ impl Default for PairOptions {
             soft_overlap: 0.3,
             soft_thickness: 2.0,
         }
-    }
-}
-
-/// A wall is wider than this in one direction at least: the diagonal of a cube is not, √2 and a little for rounding.
-const LEAST_LENGTH: f64 = 1.42;
-/// Of a bar the thinner direction is the wall's. Its two directions differ by more than this, the eight directions' error.
-const BAR: f64 = 1.1;
-
-impl PairOptions {
-    /// Whether the wall round a point is wide enough. A rib may be narrow, since it has a free end. A neck may not, it is part of the
-    /// thicker wall; nor may a bar, it is a wall in the other direction, except where plates perforated so densely are wanted.
-    fn is_wide(&self, extent: &Extent) -> bool {
-        extent.most > LEAST_LENGTH
-            && extent.rib > self.least_width
-            && extent.neck > self.least_width.max(1.0)
-            && extent.bar > BAR.min(2.0 * BAR * self.least_width)
     }
 }
 
@@ -296,7 +280,7 @@ fn views(sightings: &[Sighting], options: &PairOptions) -> Vec<View> {
         .iter()
         .filter_map(|s| {
             s.across
-                .map(|(to, d)| (s.from, to, d, s.area, options.is_wide(&s.extent)))
+                .map(|(to, d)| (s.from, to, d, s.area, s.extent.is_wide(options.least_width)))
         })
         .collect();
     seen.sort_by(|a, b| (a.0, a.1).cmp(&(b.0, b.1)).then(a.2.total_cmp(&b.2)));
