@@ -29,7 +29,7 @@ use crate::model::shell::ShellMesh;
 use crate::options::MeshOptions;
 use crate::stage::fair::FairStats;
 use crate::stage::remesh::RemeshOptions;
-use crate::stage::{audit, balance, fair, prune, quads, quality, remesh, shell, size};
+use crate::stage::{audit, balance, fair, kinks, prune, quads, quality, remesh, shell, size};
 use clock::Clock;
 use dump::Dump;
 use glam::DVec3;
@@ -144,32 +144,57 @@ fn mesh_solid(
     let sizing = clock.time("size", || sizing(brep, &found, &medial, options));
     let fair = untangled(&found, &medial, clock);
     dump.complex("fair", &fair)?;
-    let field = field(&sizing, &medial);
-    let clean = clean(fair, &sizing, &medial, clock);
-    dump.complex("clean", &clean)?;
-    let options = RemeshOptions::default();
-    let complex = clock.time("remesh", || {
-        remesh::remesh(clean, &field, &medial, &options).0
+    let kinked = clock.time("kinks", || {
+        let kinked = kinks::kinks(&fair, brep, &found.aag, &found.pairing, &medial)?;
+        let parted = Medial::new(brep, &found.aag, &kinked.pairing);
+        Some((kinked, parted))
     });
-    dump.complex("remeshed", &complex)?;
-    let complex = clock.time("charts", || {
-        charts::mesh_charts(&complex, &field, &medial).complex
-    });
-    dump.complex("charted", &complex)?;
-    let complex = clock.time("polish", || {
-        let complex = remesh::polish(complex, &field, &medial, &options);
-        let complex = mended(complex, &medial);
-        let complex = connected(complex, |c| remesh::without_flat(c, &medial));
-        connected(complex, |c| remesh::unfold(c, &medial))
-    });
-    dump.complex("polished", &complex)?;
-    let complex = clock.time("balance", || balance::balance(complex, &medial));
-    dump.complex("balanced", &complex)?;
+    let (complex, parted) = match &kinked {
+        Some((kinked, parted)) => (kinked.complex.clone(), parted),
+        None => (fair, &medial),
+    };
+    let complex = meshed(complex, &sizing, parted, &dump, clock)?;
+    let complex = match &kinked {
+        Some((kinked, _)) => kinked.joined(complex),
+        None => complex,
+    };
     let mesh = clock.time("shell", || {
         shell::shell(brep, &found.pairing, &medial, &complex)
     });
     let solid = SolidReport::new(brep, &found, sizing.target, &mesh);
     Ok((mesh, solid))
+}
+
+/// An untangled complex meshed at the wanted sizes.
+fn meshed(
+    complex: MidComplex,
+    sizing: &size::Sizing,
+    medial: &Medial<'_>,
+    dump: &Dump<'_>,
+    clock: &mut Clock<'_>,
+) -> Result<MidComplex, PipelineError> {
+    let field = field(sizing, medial);
+    let clean = clean(complex, sizing, medial, clock);
+    dump.complex("clean", &clean)?;
+    let options = RemeshOptions::default();
+    let complex = clock.time("remesh", || {
+        remesh::remesh(clean, &field, medial, &options).0
+    });
+    dump.complex("remeshed", &complex)?;
+    let complex = clock.time("charts", || {
+        charts::mesh_charts(&complex, &field, medial).complex
+    });
+    dump.complex("charted", &complex)?;
+    let complex = clock.time("polish", || {
+        let complex = remesh::polish(complex, &field, medial, &options);
+        let complex = mended(complex, medial);
+        let complex = connected(complex, |c| remesh::without_flat(c, medial));
+        connected(complex, |c| remesh::unfold(c, medial))
+    });
+    dump.complex("polished", &complex)?;
+    let complex = clock.time("balance", || balance::balance(complex, medial));
+    dump.complex("balanced", &complex)?;
+    Ok(complex)
 }
 
 /// The wanted edge lengths of a solid.

@@ -10,6 +10,7 @@ pub mod decompose;
 pub mod extract;
 pub mod fair;
 pub mod flatten;
+pub mod kinks;
 pub mod pair;
 pub mod patch;
 pub mod prune;
