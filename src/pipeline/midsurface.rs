@@ -157,7 +157,7 @@ fn candidate(
     }
     fault("midpoint", complex.check().first())?;
     let (complex, pairing) = clock.time("unite", || {
-        let (complex, pairing) = unite::unite(complex, pairing, &medial);
+        let (complex, pairing) = unite::unite(complex, pairing, aag, &medial);
         let medial = Medial::new(brep, aag, &pairing);
         let complex = extract::place(complex, &medial);
         let (complex, _) = prune::prune(complex, &medial);

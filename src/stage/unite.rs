@@ -1,16 +1,18 @@
-//! Unite: walls that turn out to continue each other, and labels without noise.
+//! Unite: walls that turn out to continue each other, smoothly or over a step, and labels without noise.
 //!
 //! Pairing joins walls over tangent faces. Where faces are missing between them (an unpaired blend, a sliver) two walls may still be one surface: where their sheets meet
-//! in the raw complex, their mid-surfaces are tangent and equally thick. Such walls become one. Then every triangle whose neighbours agree against it takes their wall, and
+//! in the raw complex, their mid-surfaces are tangent and equally thick. Such walls become one; so do those before and behind a step, with its riser, see `steps`. Then every triangle whose neighbours agree against it takes their wall, and
 //! so does every island too small to be a sheet: what is left are the creases that matter, and no jagged ones.
 //!
 //! Guarantees: topology and positions untouched; only walls and supports change. Cost: linear in the creases, then in the triangles.
+
+mod steps;
 
 use crate::geom::placer::Placer;
 use crate::model::complex::{EdgeKind, MidComplex, MidEdge, Support};
 use crate::model::disjoint::{Disjoint, SidedDisjoint};
 use crate::model::ids::{Id, IndexVec, TriangleId, WallId};
-use crate::model::walls::{Pairing, Wall};
+use crate::model::walls::{Aag, Pairing, Wall};
 use glam::DVec3;
 use std::collections::BTreeMap;
 
@@ -33,11 +35,31 @@ const ROUNDS: usize = 4;
 pub fn unite(
     mut complex: MidComplex,
     mut pairing: Pairing,
+    aag: &Aag,
     placer: &dyn Placer,
 ) -> (MidComplex, Pairing) {
-    let mut union = SidedDisjoint::new(pairing.walls.iter().map(|w| w.sides.clone()));
+    let steps = steps::steps(&complex, &pairing, aag, placer);
+    let walls = pairing.walls.iter().map(|w| w.sides.clone());
+    let risers = steps.iter().map(|s| {
+        let mut sides = [Vec::new(), Vec::new()];
+        sides[s.side].clone_from(&s.risers);
+        sides
+    });
+    let mut union = SidedDisjoint::new(walls.chain(risers));
     for ([a, b], turned) in evidence(&complex, placer) {
         union.join(a.0, b.0, turned);
+    }
+    for (k, step) in steps.iter().enumerate() {
+        let [a, b] = step.walls;
+        if !union.join(a.0, b.0, step.turned) {
+            continue;
+        }
+        union.join(a.0, (pairing.walls.len() + k) as u32, false);
+        let like = pairing.walls[a].sides[step.side].first();
+        let side = like.and_then(|&f| pairing.side[f]);
+        for &f in &step.risers {
+            pairing.side[f] = pairing.side[f].or(side);
+        }
     }
     let mut new_id: IndexVec<WallId, Option<WallId>> = IndexVec::filled(None, pairing.walls.len());
     let mut walls: IndexVec<WallId, Wall> = IndexVec::new();
@@ -264,7 +286,7 @@ mod tests {
                 group: w,
             });
         }
-        let (complex, _) = unite(build.complex, pairing, &Beside { from });
+        let (complex, _) = unite(build.complex, pairing, &Aag::default(), &Beside { from });
         let second = complex.triangles.iter().filter(|t| t.wall == WallId(1));
         second.count()
     }
