@@ -110,7 +110,31 @@ pub(super) fn steps(
             })
         })
     };
-    creases.iter().filter_map(known).collect()
+    let mut found: Vec<Step> = creases.iter().filter_map(known).collect();
+    found.extend(inner(pairing, aag));
+    found
+}
+
+/// Steps within walls whose levels are one already, in a round-about way, without the risers between them.
+fn inner(pairing: &Pairing, aag: &Aag) -> Vec<Step> {
+    let mut found = Vec::new();
+    for (w, wall) in pairing.walls.enumerated() {
+        for side in 0..2 {
+            let (level, ground) = (&wall.sides[side], &wall.sides[1 - side]);
+            let risers = risers(aag, [level; 2], [ground; 2], |up, over| {
+                up.min(over) >= ALONG * (up + over)
+            });
+            if !risers.is_empty() {
+                found.push(Step {
+                    walls: [w; 2],
+                    turned: false,
+                    side,
+                    risers,
+                });
+            }
+        }
+    }
+    found
 }
 
 fn on(faces: &[FaceId], f: FaceId) -> bool {
@@ -135,6 +159,19 @@ fn between(
     if !grounds[0].iter().any(continued) {
         return None;
     }
+    let found = risers(aag, [low, high], grounds, |up, over| {
+        up.min(over) >= ALONG * crease
+    });
+    (!found.is_empty()).then_some(found)
+}
+
+/// The faces between two levels that do not reach across to the ground; `along` tells whether what they share with the lower and the higher level, mm, is enough.
+fn risers(
+    aag: &Aag,
+    [low, high]: [&[FaceId]; 2],
+    grounds: [&[FaceId]; 2],
+    along: impl Fn(f64, f64) -> bool,
+) -> Vec<FaceId> {
     // From the lower level a riser rises at an inner corner, to the higher one it leads over an outer one.
     let border = |f: FaceId, faces: &[FaceId], not: Option<Convexity>| -> f64 {
         aag.arcs_of(f)
@@ -142,7 +179,7 @@ fn between(
             .map(|a| a.length)
             .sum()
     };
-    let mut risers: Vec<FaceId> = low
+    let mut found: Vec<FaceId> = low
         .iter()
         .flat_map(|&f| aag.arcs_of(f).map(move |a| Aag::across(a, f)))
         .filter(|&f| {
@@ -151,12 +188,12 @@ fn between(
             let up = border(f, low, Some(Convexity::Convex));
             let over = border(f, high, Some(Convexity::Concave));
             let across = border(f, grounds[0], None).max(border(f, grounds[1], None));
-            !own && !ground && up.min(over) >= ALONG * crease && across <= ACROSS * (up + over)
+            !own && !ground && up > 0.0 && along(up, over) && across <= ACROSS * (up + over)
         })
         .collect();
-    risers.sort_unstable();
-    risers.dedup();
-    (!risers.is_empty()).then_some(risers)
+    found.sort_unstable();
+    found.dedup();
+    found
 }
 
 #[cfg(test)]
