@@ -14,6 +14,8 @@ use std::collections::BTreeMap;
 const PARALLEL_COS: f64 = 0.94;
 /// Greatest ratio of the two thicknesses: beyond it the thin wall ends at a block. Three, and the share that chords of curved facets take.
 const GREATEST_RATIO: f64 = 3.15;
+/// A step rises by at least this share of the thinner wall: less is draft.
+const LEAST_RISE: f64 = 0.05;
 /// Share of the common crease along which the walls lie one behind the other.
 const MOST: f64 = 0.7;
 /// A riser runs along either level for at least this share of the crease.
@@ -119,11 +121,52 @@ pub(super) fn steps(
 fn inner(pairing: &Pairing, aag: &Aag) -> Vec<Step> {
     let mut found = Vec::new();
     for (w, wall) in pairing.walls.enumerated() {
+        // Thickness over each face of the wall, mm: sums of area times thickness, and of area.
+        let mut over: BTreeMap<FaceId, [f64; 2]> = BTreeMap::new();
+        for pair in pairing.pairs.iter().filter(|p| p.wall == w) {
+            for f in pair.faces {
+                let sums = over.entry(f).or_default();
+                sums[0] += pair.overlap * pair.thickness[1];
+                sums[1] += pair.overlap;
+            }
+        }
         for side in 0..2 {
             let (level, ground) = (&wall.sides[side], &wall.sides[1 - side]);
-            let risers = risers(aag, [level; 2], [ground; 2], |up, over| {
-                up.min(over) >= ALONG * (up + over)
-            });
+            let mut risers: Vec<FaceId> = level
+                .iter()
+                .flat_map(|&f| aag.arcs_of(f).map(move |a| Aag::across(a, f)))
+                .filter(|&f| !on(level, f) && !on(ground, f) && pairing.side[f].is_none())
+                .filter(|&f| {
+                    let mut along = [0.0; 2];
+                    let mut thick = [[0.0; 2]; 2];
+                    let mut across = 0.0;
+                    for arc in aag.arcs_of(f) {
+                        let g = Aag::across(arc, f);
+                        if on(ground, g) {
+                            across += arc.length;
+                        }
+                        let end = match arc.convexity {
+                            Convexity::Concave => 0,
+                            Convexity::Convex => 1,
+                            Convexity::Smooth => continue,
+                        };
+                        if let Some([sum, area]) = over.get(&g).filter(|_| on(level, g)) {
+                            along[end] += arc.length;
+                            thick[end][0] += arc.length * sum / area;
+                            thick[end][1] += arc.length;
+                        }
+                    }
+                    let [up, high] = along;
+                    let [t, u] = thick.map(|[sum, length]| sum / length);
+                    up.min(high) >= ALONG * (up + high)
+                        && up > 0.0
+                        && across <= ACROSS * (up + high)
+                        && u >= t * (1.0 + LEAST_RISE)
+                        && u <= t * GREATEST_RATIO
+                })
+                .collect();
+            risers.sort_unstable();
+            risers.dedup();
             if !risers.is_empty() {
                 found.push(Step {
                     walls: [w; 2],
@@ -159,19 +202,6 @@ fn between(
     if !grounds[0].iter().any(continued) {
         return None;
     }
-    let found = risers(aag, [low, high], grounds, |up, over| {
-        up.min(over) >= ALONG * crease
-    });
-    (!found.is_empty()).then_some(found)
-}
-
-/// The faces between two levels that do not reach across to the ground; `along` tells whether what they share with the lower and the higher level, mm, is enough.
-fn risers(
-    aag: &Aag,
-    [low, high]: [&[FaceId]; 2],
-    grounds: [&[FaceId]; 2],
-    along: impl Fn(f64, f64) -> bool,
-) -> Vec<FaceId> {
     // From the lower level a riser rises at an inner corner, to the higher one it leads over an outer one.
     let border = |f: FaceId, faces: &[FaceId], not: Option<Convexity>| -> f64 {
         aag.arcs_of(f)
@@ -188,12 +218,12 @@ fn risers(
             let up = border(f, low, Some(Convexity::Convex));
             let over = border(f, high, Some(Convexity::Concave));
             let across = border(f, grounds[0], None).max(border(f, grounds[1], None));
-            !own && !ground && up > 0.0 && along(up, over) && across <= ACROSS * (up + over)
+            !own && !ground && up.min(over) >= ALONG * crease && across <= ACROSS * (up + over)
         })
         .collect();
     found.sort_unstable();
     found.dedup();
-    found
+    (!found.is_empty()).then_some(found)
 }
 
 #[cfg(test)]
