@@ -149,14 +149,19 @@ fn mesh_solid(
         let parted = Medial::new(brep, &found.aag, &kinked.pairing);
         Some((kinked, parted))
     });
-    let (complex, parted) = match &kinked {
-        Some((kinked, parted)) => (kinked.complex.clone(), parted),
-        None => (fair, &medial),
-    };
-    let complex = meshed(complex, &sizing, parted, &dump, clock)?;
-    let complex = match &kinked {
-        Some((kinked, _)) => kinked.joined(complex),
-        None => complex,
+    let mut complex = None;
+    if let Some((kinked, parted)) = &kinked {
+        let made = meshed(kinked.complex.clone(), &sizing, parted, &dump, clock)?;
+        complex = Some(kinked.joined(made));
+    }
+    // A kink that leads into a crowded corner may fold; without it the mesh is less exact but fit for a solver.
+    let complex = match complex {
+        Some(cut) if orient::folded(&cut).is_empty() => cut,
+        cut => {
+            let plain = meshed(fair, &sizing, &medial, &dump, clock)?;
+            let sound = orient::folded(&plain).is_empty();
+            cut.filter(|_| !sound).unwrap_or(plain)
+        }
     };
     let mesh = clock.time("shell", || {
         shell::shell(brep, &found.pairing, &medial, &complex)
