@@ -157,10 +157,21 @@ fn candidate(
         let (complex, pairing) = unite::unite(complex, pairing, &medial);
         let medial = Medial::new(brep, aag, &pairing);
         let complex = extract::place(complex, &medial);
+        match unite::over_steps(&complex, &pairing, aag, &medial) {
+            Some((complex, pairing)) => {
+                let placed = extract::place(complex, &Medial::new(brep, aag, &pairing));
+                (placed, pairing)
+            }
+            None => (complex, pairing),
+        }
+    });
+    let medial = clock.time("unite", || Medial::new(brep, aag, &pairing));
+    let complex = clock.time("unite", || {
         let (complex, _) = prune::prune(complex, &medial);
         let complex = reach::reach_rims(complex, brep, aag, &pairing, &medial);
-        (extract::place(complex, &medial), pairing)
+        extract::place(complex, &medial)
     });
+    drop(medial);
     fault("unite", pairing.check().first())?;
     let assessment = clock.time("assess", || assess(brep, sightings, &complex));
     let (aag, euler) = (aag.clone(), *euler);

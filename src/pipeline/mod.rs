@@ -30,7 +30,9 @@ use crate::model::shell::ShellMesh;
 use crate::options::MeshOptions;
 use crate::stage::fair::FairStats;
 use crate::stage::remesh::RemeshOptions;
-use crate::stage::{audit, balance, extract, fair, prune, quads, quality, remesh, shell, size};
+use crate::stage::{
+    audit, balance, extract, fair, kinks, prune, quads, quality, remesh, shell, size,
+};
 use clock::Clock;
 use dump::Dump;
 use glam::DVec3;
@@ -149,8 +151,43 @@ fn mesh_solid(
     let held = Held::new(&medial);
     let fair = untangled(&found, &medial, &held, clock);
     dump.complex("fair", &fair)?;
-    let field = field(&sizing, &medial);
-    let clean = clean(fair, &sizing, &medial, &held, clock);
+    let kinked = clock.time("kinks", || {
+        let kinked = kinks::kinks(&fair, brep, &found.aag, &found.pairing, &medial)?;
+        let parted = Medial::new(brep, &found.aag, &kinked.pairing);
+        Some((kinked, parted))
+    });
+    let mut complex = None;
+    if let Some((kinked, parted)) = &kinked {
+        let made = meshed(kinked.complex.clone(), &sizing, parted, &dump, clock)?;
+        complex = Some(kinked.joined(made));
+    }
+    // A kink that leads into a crowded corner may fold; without it the mesh is less exact but fit for a solver.
+    let complex = match complex {
+        Some(cut) if orient::folded(&cut).is_empty() => cut,
+        cut => {
+            let plain = meshed(fair, &sizing, &medial, &dump, clock)?;
+            let sound = orient::folded(&plain).is_empty();
+            cut.filter(|_| !sound).unwrap_or(plain)
+        }
+    };
+    let mesh = clock.time("shell", || {
+        shell::shell(brep, &found.pairing, &medial, &complex)
+    });
+    let solid = SolidReport::new(brep, &found, sizing.target, &mesh);
+    Ok((mesh, solid))
+}
+
+/// An untangled complex meshed at the wanted sizes.
+fn meshed(
+    complex: MidComplex,
+    sizing: &size::Sizing,
+    medial: &Medial<'_>,
+    dump: &Dump<'_>,
+    clock: &mut Clock<'_>,
+) -> Result<MidComplex, PipelineError> {
+    let held = Held::new(medial);
+    let field = field(sizing, medial);
+    let clean = clean(complex, sizing, medial, &held, clock);
     dump.complex("clean", &clean)?;
     let options = RemeshOptions::default();
     let complex = clock.time("remesh", || {
@@ -168,13 +205,9 @@ fn mesh_solid(
         connected(complex, |c| remesh::unfold(c, &held))
     });
     dump.complex("polished", &complex)?;
-    let complex = clock.time("balance", || balance::balance(complex, &medial));
+    let complex = clock.time("balance", || balance::balance(complex, medial));
     dump.complex("balanced", &complex)?;
-    let mesh = clock.time("shell", || {
-        shell::shell(brep, &found.pairing, &medial, &complex)
-    });
-    let solid = SolidReport::new(brep, &found, sizing.target, &mesh);
-    Ok((mesh, solid))
+    Ok(complex)
 }
 
 /// The wanted edge lengths of a solid.

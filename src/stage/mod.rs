@@ -11,6 +11,7 @@ pub mod divide;
 pub mod extract;
 pub mod fair;
 pub mod flatten;
+pub mod kinks;
 pub mod pair;
 pub mod patch;
 pub mod prune;

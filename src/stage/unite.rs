@@ -1,16 +1,18 @@
-//! Unite: walls that turn out to continue each other, and labels without noise.
+//! Unite: walls that turn out to continue each other, smoothly or over a step, and labels without noise.
 //!
 //! Pairing joins walls over tangent faces. Where faces are missing between them (an unpaired blend, a sliver) two walls may still be one surface: where their sheets meet
-//! in the raw complex, their mid-surfaces are tangent and equally thick. Such walls become one. Then every triangle whose neighbours agree against it takes their wall, and
+//! in the raw complex, their mid-surfaces are tangent and equally thick. Such walls become one; so do those before and behind a step, with its riser, see `steps`. Then every triangle whose neighbours agree against it takes their wall, and
 //! so does every island too small to be a sheet: what is left are the creases that matter, and no jagged ones.
 //!
 //! Guarantees: topology and positions untouched; only walls and supports change. Cost: linear in the creases, then in the triangles.
 
+mod steps;
+
 use crate::geom::placer::Placer;
 use crate::model::complex::{EdgeKind, MidComplex, MidEdge, Support};
 use crate::model::disjoint::{Disjoint, SidedDisjoint};
-use crate::model::ids::{Id, IndexVec, TriangleId, WallId};
-use crate::model::walls::{Pairing, Wall};
+use crate::model::ids::{FaceId, Id, IndexVec, TriangleId, WallId};
+use crate::model::walls::{Aag, Pairing, Wall};
 use glam::DVec3;
 use std::collections::BTreeMap;
 
@@ -30,34 +32,85 @@ const BEYOND: f64 = 0.25;
 const ROUNDS: usize = 4;
 
 /// The pairing with walls united where the complex shows them to be one, and the complex with its walls renamed.
-pub fn unite(
-    mut complex: MidComplex,
-    mut pairing: Pairing,
-    placer: &dyn Placer,
-) -> (MidComplex, Pairing) {
+pub fn unite(complex: MidComplex, pairing: Pairing, placer: &dyn Placer) -> (MidComplex, Pairing) {
     let mut union = SidedDisjoint::new(pairing.walls.iter().map(|w| w.sides.clone()));
     for ([a, b], turned) in evidence(&complex, placer) {
         union.join(a.0, b.0, turned);
     }
-    let mut new_id: IndexVec<WallId, Option<WallId>> = IndexVec::filled(None, pairing.walls.len());
-    let mut walls: IndexVec<WallId, Wall> = IndexVec::new();
-    for w in pairing.walls.ids() {
-        let root = WallId(union.find(w.0).0);
-        let id = match new_id[root] {
-            Some(id) => id,
-            None => walls.push(Wall {
-                sides: union.sides(root.0).clone(),
-                thickness: 0.0,
-                group: pairing.walls[root].group,
-            }),
-        };
-        new_id[root] = Some(id);
-        new_id[w] = Some(id);
+    let (mut complex, pairing, new_id) = renamed(complex, pairing, union);
+    let mut parts: IndexVec<WallId, Vec<WallId>> =
+        IndexVec::filled(Vec::new(), pairing.walls.len());
+    for (old, new) in new_id.enumerated() {
+        parts[*new].push(old);
     }
-    let name = |w: WallId| new_id[w].unwrap_or(w);
+    let beyond = |p: DVec3, wall: WallId| {
+        (parts[wall].iter().map(|&w| placer.beyond(p, w))).fold(f64::INFINITY, f64::min)
+    };
+    quiet(&mut complex, &pairing, &beyond);
+    complex.support_by_walls();
+    (complex, pairing)
+}
+
+/// The same with walls united that lie before and behind a step of thickness, the risers on their sides; `None` where there are none. For complexes without noise in
+/// their labels: walls that do not meet are not seen to be one.
+pub fn over_steps(
+    complex: &MidComplex,
+    pairing: &Pairing,
+    aag: &Aag,
+    placer: &dyn Placer,
+) -> Option<(MidComplex, Pairing)> {
+    let steps = steps::steps(complex, pairing, aag, placer);
+    if steps.is_empty() {
+        return None;
+    }
+    let mut pairing = pairing.clone();
+    let walls = pairing.walls.iter().map(|w| w.sides.clone());
+    let risers = steps.iter().map(|s| {
+        let mut sides = [Vec::new(), Vec::new()];
+        sides[s.side].clone_from(&s.risers);
+        sides
+    });
+    let mut union = SidedDisjoint::new(walls.chain(risers));
+    for (k, step) in steps.iter().enumerate() {
+        let [a, b] = step.walls;
+        let riser = (pairing.walls.len() + k) as u32;
+        if !union.join(a.0, b.0, step.turned) || !union.join(a.0, riser, false) {
+            continue;
+        }
+        let like = pairing.walls[a].sides[step.side].first();
+        let side = like.and_then(|&f| pairing.side[f]);
+        for &f in &step.risers {
+            pairing.side[f] = pairing.side[f].or(side);
+        }
+    }
+    let (mut complex, pairing, _) = renamed(complex.clone(), pairing, union);
+    complex.support_by_walls();
+    Some((complex, pairing))
+}
+
+/// One wall for each set of walls, and the new name of every old one.
+fn renamed(
+    mut complex: MidComplex,
+    mut pairing: Pairing,
+    mut union: SidedDisjoint<FaceId>,
+) -> (MidComplex, Pairing, IndexVec<WallId, WallId>) {
+    let mut of_root: BTreeMap<u32, WallId> = BTreeMap::new();
+    let mut walls: IndexVec<WallId, Wall> = IndexVec::new();
+    let mut new_id: IndexVec<WallId, WallId> = IndexVec::new();
+    for w in pairing.walls.ids() {
+        let root = union.find(w.0).0;
+        let id = *of_root.entry(root).or_insert_with(|| {
+            walls.push(Wall {
+                sides: union.sides(root).clone(),
+                thickness: 0.0,
+                group: pairing.walls[WallId(root)].group,
+            })
+        });
+        new_id.push(id);
+    }
     let mut weight: IndexVec<WallId, f64> = IndexVec::filled(0.0, walls.len());
     for pair in &mut pairing.pairs {
-        pair.wall = name(pair.wall);
+        pair.wall = new_id[pair.wall];
         weight[pair.wall] += pair.overlap;
         walls[pair.wall].thickness += pair.overlap * pair.thickness[1];
     }
@@ -66,21 +119,9 @@ pub fn unite(
     }
     pairing.walls = walls;
     for t in complex.triangles.as_mut_slice() {
-        t.wall = name(t.wall);
+        t.wall = new_id[t.wall];
     }
-    let mut parts: IndexVec<WallId, Vec<WallId>> =
-        IndexVec::filled(Vec::new(), pairing.walls.len());
-    for (old, new) in new_id.enumerated() {
-        if let Some(new) = *new {
-            parts[new].push(old);
-        }
-    }
-    let beyond = |p: DVec3, wall: WallId| {
-        (parts[wall].iter().map(|&w| placer.beyond(p, w))).fold(f64::INFINITY, f64::min)
-    };
-    quiet(&mut complex, &pairing, &beyond);
-    complex.support_by_walls();
-    (complex, pairing)
+    (complex, pairing, new_id)
 }
 
 /// Pairs of walls that go on with each other, and whether their sides are the other way round.
@@ -213,7 +254,6 @@ fn drown_islands(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::model::ids::FaceId;
     use crate::model::walls::FacePair;
     use crate::stage::test_shapes::Build;
 
