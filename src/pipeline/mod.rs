@@ -156,18 +156,28 @@ fn mesh_solid(
         let parted = Medial::new(brep, &found.aag, &kinked.pairing);
         Some((kinked, parted))
     });
-    let mut complex = None;
-    if let Some((kinked, parted)) = &kinked {
-        let made = meshed(kinked.complex.clone(), &sizing, parted, &dump, clock)?;
-        complex = Some(kinked.joined(made));
-    }
-    // A kink that leads into a crowded corner may fold; without it the mesh is less exact but fit for a solver.
-    let complex = match complex {
-        Some(cut) if orient::folded(&cut).is_empty() => cut,
-        cut => {
-            let plain = meshed(fair, &sizing, &medial, &dump, clock)?;
-            let sound = orient::folded(&plain).is_empty();
-            cut.filter(|_| !sound).unwrap_or(plain)
+    let plain = clean(fair, &sizing, &medial, &held, clock);
+    let cut = kinked.as_ref().and_then(|(kinked, parted)| {
+        let cut = clean(
+            kinked.complex.clone(),
+            &sizing,
+            parted,
+            &Held::new(parted),
+            clock,
+        );
+        (folds(&cut) <= folds(&plain)).then_some((cut, kinked, parted))
+    });
+    let complex = match cut {
+        None => meshed(plain, &sizing, &medial, &dump, clock)?,
+        Some((cut, kinked, parted)) => {
+            let cut = kinked.joined(meshed(cut, &sizing, parted, &dump, clock)?);
+            // A kink that leads into a crowded corner may fold; without it the mesh is less exact but fit for a solver.
+            if folds(&cut) == 0 || folds(&plain) > 0 {
+                cut
+            } else {
+                let plain = meshed(plain, &sizing, &medial, &dump, clock)?;
+                if folds(&plain) == 0 { plain } else { cut }
+            }
         }
     };
     let mesh = clock.time("shell", || {
@@ -177,9 +187,13 @@ fn mesh_solid(
     Ok((mesh, solid))
 }
 
-/// An untangled complex meshed at the wanted sizes.
+fn folds(complex: &MidComplex) -> usize {
+    orient::folded(complex).len()
+}
+
+/// A clean complex meshed at the wanted sizes.
 fn meshed(
-    complex: MidComplex,
+    clean: MidComplex,
     sizing: &size::Sizing,
     medial: &Medial<'_>,
     dump: &Dump<'_>,
@@ -187,7 +201,6 @@ fn meshed(
 ) -> Result<MidComplex, PipelineError> {
     let held = Held::new(medial);
     let field = field(sizing, medial);
-    let clean = clean(complex, sizing, medial, &held, clock);
     dump.complex("clean", &clean)?;
     let options = RemeshOptions::default();
     let complex = clock.time("remesh", || {

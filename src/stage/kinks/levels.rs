@@ -92,7 +92,7 @@ impl Levels {
             vec![Vec::new(); classes.len()],
             vec![Vec::new(); classes.len()],
         ];
-        for s in 0..2 {
+        for (s, of) in of.iter_mut().enumerate() {
             let count = self.faces[s].iter().map(|x| x.1 + 1).max().unwrap_or(0);
             let mut members: Vec<Vec<usize>> = (0..count)
                 .map(|level| {
@@ -115,7 +115,7 @@ impl Levels {
             }
             for &(f, level) in &self.faces[s] {
                 for &k in &members[level as usize] {
-                    of[s][k].push(f);
+                    of[k].push(f);
                 }
             }
         }
