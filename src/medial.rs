@@ -13,6 +13,7 @@ mod memory;
 mod queries;
 mod reach;
 mod slant;
+mod void;
 
 use crate::geom::planes;
 use crate::geom::six_node::{self, ReadyFacet};
@@ -30,6 +31,7 @@ use glam::DVec3;
 use memory::Memory;
 use slant::Slants;
 use smallvec::SmallVec;
+use void::Material;
 
 /// Steps of the placing iteration: it converges quadratically on smooth walls; the rest guards against cycling at edges.
 const STEPS: usize = 16;
@@ -159,6 +161,7 @@ pub struct Medial<'a> {
     rim_surface: IndexVec<FaceId, u32>,
     rims: Vec<Surface>,
     slants: Slants,
+    material: Material,
     edges: Edges,
     facets: IndexVec<FacetId, ReadyFacet>,
     /// The bent ones among the facets that touch each facet.
@@ -260,6 +263,7 @@ impl<'a> Medial<'a> {
             rim_surface,
             rims,
             slants: Slants::default(),
+            material: Material::new(brep),
             edges: Edges::new(brep),
             facets,
             bent,
@@ -444,17 +448,22 @@ impl<'a> Medial<'a> {
         let mut edges: SmallVec<[OnEdge; 1]> = SmallVec::new();
         let mut known: SmallVec<[Known; 4]> = smallvec::smallvec![Known::default(); supports.len()];
         let mut allowed = None;
+        let mut over = false;
         for _ in 0..steps {
             planes.clear();
             mids.clear();
             rims.clear();
             edges.clear();
             let mut beyond = 0.0f64;
+            over = false;
             let room = allowed.unwrap_or(reach);
             for (&support, known) in supports.iter().zip(&mut known) {
                 if let Some(tangent) = self.plane(p, support, known, room) {
                     match support {
-                        Support::Mid(w) => mids.push((w, tangent.plane.0, tangent.thickness)),
+                        Support::Mid(w) => {
+                            over |= tangent.beyond <= void::NEAR * self.thickness[w];
+                            mids.push((w, tangent.plane.0, tangent.thickness));
+                        }
                         Support::Face(f) => rims.push((planes.len(), f)),
                         Support::Edge(_) => {}
                     }
@@ -484,7 +493,11 @@ impl<'a> Medial<'a> {
                 break;
             }
         }
-        p
+        if over {
+            p
+        } else {
+            self.in_material(start, p, supports)
+        }
     }
 }
 
