@@ -425,8 +425,8 @@ impl<'a> Medial<'a> {
         }
     }
 
-    /// Newton's steps towards the supports, `steps` at most.
-    fn converge(&self, start: DVec3, supports: &[Support], steps: usize) -> DVec3 {
+    /// Newton's steps towards the supports, `steps` at most; and whether the last place is known to lie over a side of a wall.
+    fn converge(&self, start: DVec3, supports: &[Support], steps: usize) -> (DVec3, bool) {
         let walls = supports.iter().filter_map(|s| {
             if let Support::Mid(w) = s {
                 Some(self.thickness[*w])
@@ -479,7 +479,7 @@ impl<'a> Medial<'a> {
                 planes[i].1 -= self.slants.inset(surface, planes[i].0, &mids);
             }
             if beyond > *allowed.get_or_insert(beyond.max(reach)) {
-                return start;
+                return (start, true);
             }
             let step = planes::meet(&planes).clamp_length_max(scale);
             p += step;
@@ -487,17 +487,14 @@ impl<'a> Medial<'a> {
                 *bound += step.length();
             }
             if (p - start).length() > LEASH * scale {
-                return start + (p - start).clamp_length_max(LEASH * scale);
+                let leashed = (p - start).clamp_length_max(LEASH * scale);
+                return (start + leashed, over);
             }
             if step.length() < SETTLED * scale {
                 break;
             }
         }
-        if over {
-            p
-        } else {
-            self.in_material(start, p, supports)
-        }
+        (p, over)
     }
 }
 

@@ -39,7 +39,7 @@ fn a_plate_has_its_middle_everywhere_and_goes_on_beyond_its_rims() {
         -1.0
     };
     for p in points(DVec3::new(-1.0, -1.0, 0.1), DVec3::new(41.0, 25.0, 1.9)) {
-        let placed = medial.place(p, &[Support::Mid(wall)]);
+        let placed = medial.carry_on(p, &[Support::Mid(wall)]);
         assert!(
             placed.distance(DVec3::new(p.x, p.y, 1.0)) < 1e-12,
             "{p} {placed}"
