@@ -425,7 +425,7 @@ impl<'a> Medial<'a> {
         }
     }
 
-    /// Newton's steps towards the supports, `steps` at most; and whether the last place is known to lie over a side of a wall.
+    /// Newton's steps towards the supports, `steps` at most; and whether that is sure: the last place lies over a side of a wall, or no place was found within reach.
     fn converge(&self, start: DVec3, supports: &[Support], steps: usize) -> (DVec3, bool) {
         let walls = supports.iter().filter_map(|s| {
             if let Support::Mid(w) = s {
@@ -488,7 +488,7 @@ impl<'a> Medial<'a> {
             }
             if (p - start).length() > LEASH * scale {
                 let leashed = (p - start).clamp_length_max(LEASH * scale);
-                return (start + leashed, over);
+                return (start + leashed, true);
             }
             if step.length() < SETTLED * scale {
                 break;

@@ -12,11 +12,6 @@ pub trait Placer: Sync {
     /// the supports say nothing. Never moves a point by more than a few thicknesses.
     fn place(&self, start: DVec3, supports: &[Support]) -> DVec3;
 
-    /// The same beyond the ends of the material as well: where a wall leads to, not where a node of it may be.
-    fn carry_on(&self, start: DVec3, supports: &[Support]) -> DVec3 {
-        self.place(start, supports)
-    }
-
     /// A point nearer to where [`place`](Self::place) would put `start`, at a fraction of the cost: enough while a node still moves.
     fn draw(&self, start: DVec3, supports: &[Support]) -> DVec3 {
         self.place(start, supports)

@@ -50,9 +50,9 @@ impl Material {
 
 impl Medial<'_> {
     /// `p`, unless it lies outside the material beyond the ends of all walls in question: then `start`, or what is in the material next to that.
-    /// `over`: it is known to lie over a side.
-    pub(super) fn held(&self, start: DVec3, p: DVec3, over: bool, supports: &[Support]) -> DVec3 {
-        if over || supports.is_empty() {
+    /// `sure`: it need not be looked at.
+    pub(super) fn held(&self, start: DVec3, p: DVec3, sure: bool, supports: &[Support]) -> DVec3 {
+        if sure || supports.is_empty() {
             return p;
         }
         let mut slack = 0.0f64;

@@ -94,7 +94,7 @@ fn landed(node: &MidNode, outwards: DVec3, look: &Look<'_>) -> Option<MidNode> {
     }
     let thickness = look.placer.thickness(p, wall)?;
     let inside = look.placer.place(p - outwards * INSIDE * thickness, &mids);
-    let way = (look.placer.carry_on(p, &mids) - inside).try_normalize()?;
+    let way = (look.placer.place(p, &mids) - inside).try_normalize()?;
     let (facet, length) = look.bvh.first_hit(inside, way)?;
     let (face, out) = (look.face(facet), inside + way * length);
     let side = |s: &Support| matches!(*s, Support::Mid(w) if look.is_side(w, face));
