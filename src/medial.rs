@@ -14,6 +14,7 @@ mod memory;
 mod queries;
 mod reach;
 mod slant;
+mod void;
 
 use crate::geom::planes;
 use crate::geom::six_node::{self, ReadyFacet};
@@ -32,6 +33,7 @@ pub use held::Held;
 use memory::Memory;
 use slant::Slants;
 use smallvec::SmallVec;
+use void::Material;
 
 /// Steps of the placing iteration: it converges quadratically on smooth walls; the rest guards against cycling at edges.
 const STEPS: usize = 16;
@@ -161,6 +163,7 @@ pub struct Medial<'a> {
     rim_surface: IndexVec<FaceId, u32>,
     rims: Vec<Surface>,
     slants: Slants,
+    material: Material,
     edges: Edges,
     facets: IndexVec<FacetId, ReadyFacet>,
     /// The bent ones among the facets that touch each facet.
@@ -262,6 +265,7 @@ impl<'a> Medial<'a> {
             rim_surface,
             rims,
             slants: Slants::default(),
+            material: Material::new(brep),
             edges: Edges::new(brep),
             facets,
             bent,
@@ -423,8 +427,8 @@ impl<'a> Medial<'a> {
         }
     }
 
-    /// Newton's steps towards the supports, `steps` at most.
-    fn converge(&self, start: DVec3, supports: &[Support], steps: usize) -> DVec3 {
+    /// Newton's steps towards the supports, `steps` at most; and whether that is sure: the last place lies over a side of a wall, or no place was found within reach.
+    fn converge(&self, start: DVec3, supports: &[Support], steps: usize) -> (DVec3, bool) {
         let walls = supports.iter().filter_map(|s| {
             if let Support::Mid(w) = s {
                 Some(self.thickness[*w])
@@ -446,17 +450,22 @@ impl<'a> Medial<'a> {
         let mut edges: SmallVec<[OnEdge; 1]> = SmallVec::new();
         let mut known: SmallVec<[Known; 4]> = smallvec::smallvec![Known::default(); supports.len()];
         let mut allowed = None;
+        let mut over = false;
         for _ in 0..steps {
             planes.clear();
             mids.clear();
             rims.clear();
             edges.clear();
             let mut beyond = 0.0f64;
+            over = false;
             let room = allowed.unwrap_or(reach);
             for (&support, known) in supports.iter().zip(&mut known) {
                 if let Some(tangent) = self.plane(p, support, known, room) {
                     match support {
-                        Support::Mid(w) => mids.push((w, tangent.plane.0, tangent.thickness)),
+                        Support::Mid(w) => {
+                            over |= tangent.beyond <= void::NEAR * self.thickness[w];
+                            mids.push((w, tangent.plane.0, tangent.thickness));
+                        }
                         Support::Face(f) => rims.push((planes.len(), f)),
                         Support::Edge(_) => {}
                     }
@@ -472,7 +481,7 @@ impl<'a> Medial<'a> {
                 planes[i].1 -= self.slants.inset(surface, planes[i].0, &mids);
             }
             if beyond > *allowed.get_or_insert(beyond.max(reach)) {
-                return start;
+                return (start, true);
             }
             let step = planes::meet(&planes).clamp_length_max(scale);
             p += step;
@@ -480,13 +489,14 @@ impl<'a> Medial<'a> {
                 *bound += step.length();
             }
             if (p - start).length() > LEASH * scale {
-                return start + (p - start).clamp_length_max(LEASH * scale);
+                let leashed = (p - start).clamp_length_max(LEASH * scale);
+                return (start + leashed, true);
             }
             if step.length() < SETTLED * scale {
                 break;
             }
         }
-        p
+        (p, over)
     }
 }
 

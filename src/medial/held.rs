@@ -8,10 +8,11 @@
 
 use super::{Medial, Surface};
 use crate::geom::placer::Placer;
-use crate::model::complex::Support;
+use crate::model::complex::{MidComplex, Support};
 use crate::model::ids::WallId;
 use crate::spatial::TriangleBvh;
 use glam::DVec3;
+use rayon::prelude::*;
 
 /// A point this little outside, in thicknesses, is on the boundary: far above rounding and what six-node facets miss of a face, far below what is seen of a mesh.
 const LEAK: f64 = 0.01;
@@ -38,6 +39,24 @@ impl<'a> Held<'a> {
                 ..Surface::default()
             },
         }
+    }
+
+    /// Share of the area of a complex whose triangles have their middles outside the material.
+    pub fn outside(&self, complex: &MidComplex) -> f64 {
+        let areas: Vec<(f64, bool)> = complex
+            .triangles
+            .as_slice()
+            .par_iter()
+            .map(|t| {
+                let [a, b, c] = t.nodes.map(|n| complex.nodes[n].point);
+                let middle = (a + b + c) / 3.0;
+                let area = (b - a).cross(c - a).length() / 2.0;
+                let held = self.held(middle, &[Support::Mid(t.wall)]);
+                (area, held != middle)
+            })
+            .collect();
+        let sum = |only: bool| -> f64 { areas.iter().filter(|a| a.1 || !only).map(|a| a.0).sum() };
+        sum(true) / sum(false).max(f64::MIN_POSITIVE)
     }
 
     /// Thickness of the thinnest wall among the supports, of a typical one where there is none, mm.

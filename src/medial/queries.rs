@@ -20,11 +20,13 @@ impl Medial<'_> {
 
 impl Placer for Medial<'_> {
     fn place(&self, start: DVec3, supports: &[Support]) -> DVec3 {
-        self.converge(start, supports, STEPS)
+        let (p, sure) = self.converge(start, supports, STEPS);
+        self.held(start, p, sure, supports)
     }
 
     fn draw(&self, start: DVec3, supports: &[Support]) -> DVec3 {
-        self.converge(start, supports, 1)
+        let (p, sure) = self.converge(start, supports, 1);
+        self.held(start, p, sure, supports)
     }
 
     fn to_middle(&self, point: DVec3, wall: WallId) -> Option<(DVec3, f64)> {

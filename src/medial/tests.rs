@@ -39,7 +39,7 @@ fn a_plate_has_its_middle_everywhere_and_goes_on_beyond_its_rims() {
         -1.0
     };
     for p in points(DVec3::new(-1.0, -1.0, 0.1), DVec3::new(41.0, 25.0, 1.9)) {
-        let placed = medial.place(p, &[Support::Mid(wall)]);
+        let placed = medial.converge(p, &[Support::Mid(wall)], STEPS).0;
         assert!(
             placed.distance(DVec3::new(p.x, p.y, 1.0)) < 1e-12,
             "{p} {placed}"
@@ -210,7 +210,7 @@ fn the_middle_climbs_a_step_along_the_parabola() {
     let mut on_slope = 0;
     // Beyond the ends of the edge, at y = 0 and 24, it goes on.
     for p in points(DVec3::new(15.0, -1.0, 0.8), DVec3::new(26.0, 25.0, 1.6)) {
-        let placed = medial.place(p, &[Support::Mid(wall)]);
+        let placed = medial.converge(p, &[Support::Mid(wall)], STEPS).0;
         assert!((placed.z - wanted(placed.x)).abs() < 1e-8, "{p} {placed}");
         assert!((placed.y - p.y).abs() < 1e-9, "{p} {placed}");
         let t = medial.thickness(placed, wall).unwrap();

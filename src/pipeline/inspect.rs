@@ -6,7 +6,7 @@ use super::clock::Clock;
 use super::error::PipelineError;
 use super::facts::{solid_facts, wall_facts};
 use super::seen::Seen;
-use super::{Progress, clean, import_options, midsurface, sizing, untangled};
+use super::{Progress, clean, import_options, inside, midsurface, placer, sizing};
 use crate::import::{Piece, import_cad_told};
 use crate::inspection::{Inspection, SolidFacts};
 use crate::medial::{Held, Medial};
@@ -53,15 +53,10 @@ fn inspect_solid(
         Err(error) => return Err(error),
     };
     let medial = Medial::new(brep, &found.aag, &found.pairing);
-    let held = Held::new(&medial);
     let sizing = sizing(brep, &found, &medial, options);
+    let (fair, leaves) = inside(&found, &medial, clock);
+    let held = leaves.then(|| Held::new(&medial));
     // Counted on the raw complex, every crumb of a sheet between two close junction curves would be one.
-    let clean = clean(
-        untangled(&found, &medial, &held, clock),
-        &sizing,
-        &medial,
-        &held,
-        clock,
-    );
+    let clean = clean(fair, &sizing, &medial, placer(&medial, &held), clock);
     Ok(wall_facts(facts, brep, &found, &clean))
 }

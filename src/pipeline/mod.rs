@@ -45,6 +45,9 @@ const KNOT_ROUNDS: usize = 8;
 /// Seed of the audit's samples: any number would do, but always the same one.
 const AUDIT_SEED: u64 = 7;
 
+/// Share of an untangled complex outside the material from which its sheets are held inside: the audit doubts a mesh of which a little more lies outside.
+const LEAVES: f64 = 0.005;
+
 /// Told of every stage as it begins.
 pub trait Progress: Sync {
     /// A stage begins.
@@ -148,34 +151,34 @@ fn mesh_solid(
     dump.mid_surface(piece, &found)?;
     let medial = Medial::new(brep, &found.aag, &found.pairing);
     let sizing = clock.time("size", || sizing(brep, &found, &medial, options));
-    let held = Held::new(&medial);
-    let fair = untangled(&found, &medial, &held, clock);
+    let (fair, leaves) = inside(&found, &medial, clock);
     dump.complex("fair", &fair)?;
     let kinked = clock.time("kinks", || {
         let kinked = kinks::kinks(&fair, brep, &found.aag, &found.pairing, &medial)?;
         let parted = Medial::new(brep, &found.aag, &kinked.pairing);
         Some((kinked, parted))
     });
-    let plain = clean(fair, &sizing, &medial, &held, clock);
+    let held = leaves.then(|| Held::new(&medial));
+    let plain = clean(fair, &sizing, &medial, placer(&medial, &held), clock);
     let cut = kinked.as_ref().and_then(|(kinked, parted)| {
         let cut = clean(
             kinked.complex.clone(),
             &sizing,
             parted,
-            &Held::new(parted),
+            placer(parted, &leaves.then(|| Held::new(parted))),
             clock,
         );
         (folds(&cut) <= folds(&plain)).then_some((cut, kinked, parted))
     });
     let complex = match cut {
-        None => meshed(plain, &sizing, &medial, &dump, clock)?,
+        None => meshed(plain, &sizing, &medial, leaves, &dump, clock)?,
         Some((cut, kinked, parted)) => {
-            let cut = kinked.joined(meshed(cut, &sizing, parted, &dump, clock)?);
+            let cut = kinked.joined(meshed(cut, &sizing, parted, leaves, &dump, clock)?);
             // A kink that leads into a crowded corner may fold; without it the mesh is less exact but fit for a solver.
             if folds(&cut) == 0 || folds(&plain) > 0 {
                 cut
             } else {
-                let plain = meshed(plain, &sizing, &medial, &dump, clock)?;
+                let plain = meshed(plain, &sizing, &medial, leaves, &dump, clock)?;
                 if folds(&plain) == 0 { plain } else { cut }
             }
         }
@@ -196,26 +199,26 @@ fn meshed(
     clean: MidComplex,
     sizing: &size::Sizing,
     medial: &Medial<'_>,
+    leaves: bool,
     dump: &Dump<'_>,
     clock: &mut Clock<'_>,
 ) -> Result<MidComplex, PipelineError> {
-    let held = Held::new(medial);
+    let held = leaves.then(|| Held::new(medial));
+    let held = placer(medial, &held);
     let field = field(sizing, medial);
     dump.complex("clean", &clean)?;
     let options = RemeshOptions::default();
-    let complex = clock.time("remesh", || {
-        remesh::remesh(clean, &field, &held, &options).0
-    });
+    let complex = clock.time("remesh", || remesh::remesh(clean, &field, held, &options).0);
     dump.complex("remeshed", &complex)?;
     let complex = clock.time("charts", || {
-        charts::mesh_charts(&complex, &field, &held).complex
+        charts::mesh_charts(&complex, &field, held).complex
     });
     dump.complex("charted", &complex)?;
     let complex = clock.time("polish", || {
-        let complex = remesh::polish(complex, &field, &held, &options);
-        let complex = mended(complex, &held);
-        let complex = connected(complex, |c| remesh::without_flat(c, &held));
-        connected(complex, |c| remesh::unfold(c, &held))
+        let complex = remesh::polish(complex, &field, held, &options);
+        let complex = mended(complex, held);
+        let complex = connected(complex, |c| remesh::without_flat(c, held));
+        connected(complex, |c| remesh::unfold(c, held))
     });
     dump.complex("polished", &complex)?;
     let complex = clock.time("balance", || balance::balance(complex, medial));
@@ -246,6 +249,26 @@ fn field<'a>(
         let thickness = medial.mean_thickness(w);
         let bend = sizing.at(medial.curvature_radius(p, w), thickness);
         bend.min(sizing.at_step(medial.step_radius(p, w), thickness))
+    }
+}
+
+/// What places nodes: the medial surfaces, held in the material where sheets would leave it otherwise.
+fn placer<'a>(medial: &'a Medial<'a>, held: &'a Option<Held<'a>>) -> &'a dyn Placer {
+    match held {
+        Some(held) => held,
+        None => medial,
+    }
+}
+
+/// The raw complex untangled, and whether its sheets had to be held in the material. Holding what does not leave it would only stand in the way of untangling.
+fn inside(found: &MidSurface, medial: &Medial<'_>, clock: &mut Clock<'_>) -> (MidComplex, bool) {
+    let fair = untangled(found, medial, medial, clock);
+    let held = Held::new(medial);
+    let leaves = clock.time("fair", || held.outside(&fair)) > LEAVES;
+    if leaves {
+        (untangled(found, medial, &held, clock), true)
+    } else {
+        (fair, false)
     }
 }
 
