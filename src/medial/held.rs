@@ -81,8 +81,13 @@ impl<'a> Held<'a> {
             return p;
         }
         match self.medial.foot(&self.skin, p, &mut None) {
-            // Under the bulge of a curved facet, or no further from that than the tolerance.
-            Some(foot) if foot.depth(p) < -tolerance => foot.point,
+            // Straight below a foot is the material under the bulge of a curved facet.
+            Some(foot)
+                if foot.point.distance(p) > tolerance
+                    && !(foot.is_plumb(p) && foot.depth(p) > -tolerance) =>
+            {
+                foot.point
+            }
             _ => p,
         }
     }
@@ -134,20 +139,15 @@ mod tests {
         let pairing = pair(&solid.brep, &aag, &sight(&solid.brep), &options);
         let medial = Medial::new(&solid.brep, &aag, &pairing);
         let held = Held::new(&medial);
-        let mid = [Support::Mid(WallId(0))];
-        let beyond = DVec3::new(42.0, 12.0, 1.3);
-        // Unheld the plate goes on.
-        assert!(
-            medial
-                .place(beyond, &mid)
-                .distance(DVec3::new(42.0, 12.0, 1.0))
-                < 1e-9
-        );
-        for placed in [held.place(beyond, &mid), held.draw(beyond, &mid)] {
-            assert!(
-                placed.distance(DVec3::new(40.0, 12.0, 1.0)) < 1e-9,
-                "{placed}"
-            );
+        // A rim on one end face, beyond the end of the other.
+        let end = solid.face(|p| p.x == 40.0);
+        let rim = [Support::Mid(WallId(0)), Support::Face(end)];
+        let beyond = DVec3::new(39.5, 26.0, 1.3);
+        let near = |p: DVec3, x: f64, y: f64, z: f64| p.distance(DVec3::new(x, y, z)) < 1e-9;
+        // Unheld it goes on.
+        assert!(near(medial.place(beyond, &rim), 40.0, 26.0, 1.0));
+        for placed in [held.place(beyond, &rim), held.draw(beyond, &rim)] {
+            assert!(near(placed, 40.0, 24.0, 1.0), "{placed}");
         }
         // Nothing pulls at it: then it is only held.
         let free = held.place(DVec3::new(20.0, 12.0, 5.0), &[]);
