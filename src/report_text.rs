@@ -334,7 +334,7 @@ mod tests {
         }
         let text = text(&mesh);
         assert!(text.starts_with("doubted (r-error): 240 elements"));
-        assert!(text.contains("! r-error: 1, at most 0.04700 expected"));
+        assert!(text.contains("! r-error: 1, at most 0.04200 expected"));
         assert!(text.contains("midway") && text.contains("smaller elements"));
         // Every line but the first, which a caller may print alone, fits a terminal.
         assert!(text.lines().skip(1).all(|l| l.chars().count() <= 100));

@@ -88,7 +88,7 @@ impl DoubtRule {
             ),
             DoubtRule::RError => (
                 "r-error",
-                "more than one twentieth of the mesh is not midway between the two sides of its wall: bending stiffness is off there",
+                "about one twentieth of the mesh or more is not midway between the two sides of its wall: bending stiffness is off there",
                 "use smaller elements on curved walls; check walls whose two sides are not alike",
             ),
             DoubtRule::Cover => (

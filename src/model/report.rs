@@ -134,7 +134,7 @@ pub struct QualityReport {
 
 /// Beyond what the audit doubts a result: the one place of its limits. Those that an outside judge has too (a twentieth of the mesh with an R-error over 0.1,
 /// coverage 0.95, outside 0.01) are somewhat tighter here, since two random samples of the same mesh differ by about that much, and two tessellations of a
-/// convex side by more. The margin is one of shares: percentiles leap where the mesh is either midway or far off.
+/// convex side by more: what is 0.043 off the middle here was 0.051 there. The margin is one of shares: percentiles leap where the mesh is either midway or far off.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct AuditLimits {
     /// R-error beyond which a place is off the middle: at a tenth a wall's bending stiffness is off by 3 %.
@@ -158,7 +158,7 @@ impl Default for AuditLimits {
     fn default() -> Self {
         Self {
             r_error: 0.1,
-            off_middle: 0.047,
+            off_middle: 0.042,
             cover: 0.955,
             outside: 0.0065,
             thickness_error: 0.05,
