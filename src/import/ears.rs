@@ -22,18 +22,18 @@ type Side = [VertexId; 2];
 pub(super) fn hand_over(brep: &mut Brep) -> usize {
     let beside = Beside::new(brep);
     let mut waiting: Vec<FacetId> = brep.facets.ids().rev().collect();
-    let mut found: Vec<(FacetId, FaceId)> = Vec::new();
+    let mut found = 0;
     while let Some(id) = waiting.pop() {
         if let Some((face, behind)) = ear(brep, &beside, id) {
-            found.push((id, face));
+            found += 1;
             brep.facets[id].face = face;
             waiting.push(behind);
         }
     }
-    if !found.is_empty() {
+    if found > 0 {
         pass_behind(brep, &beside);
     }
-    found.len()
+    found
 }
 
 /// The facets at every side, by side.

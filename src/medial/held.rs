@@ -6,11 +6,10 @@
 //! Guarantee: no placed node is further outside than [`LEAK`]. Limit: elements between such nodes may still cut a corner of the boundary.
 //! Cost: a search of the near boundary and a ray a placing.
 
-use super::{Medial, Surface};
+use super::Medial;
 use crate::geom::placer::Placer;
 use crate::model::complex::{MidComplex, Support};
 use crate::model::ids::WallId;
-use crate::spatial::TriangleBvh;
 use glam::DVec3;
 use rayon::prelude::*;
 
@@ -21,24 +20,12 @@ const LEAK: f64 = 0.01;
 #[derive(Clone, Debug)]
 pub struct Held<'a> {
     medial: &'a Medial<'a>,
-    /// The whole boundary.
-    skin: Surface,
 }
 
 impl<'a> Held<'a> {
-    /// Cost: that of a hierarchy over all facets.
+    /// Holds what these surfaces place.
     pub fn new(medial: &'a Medial<'a>) -> Self {
-        let brep = medial.brep;
-        let corners: Vec<[DVec3; 3]> = brep.facets.ids().map(|f| brep.corners(f)).collect();
-        Self {
-            medial,
-            skin: Surface {
-                bvh: TriangleBvh::new(&corners),
-                facets: brep.facets.ids().collect(),
-                faces: brep.faces.ids().collect(),
-                ..Surface::default()
-            },
-        }
+        Self { medial }
     }
 
     /// Share of the area of a complex whose triangles have their middles outside the material.
@@ -75,12 +62,12 @@ impl<'a> Held<'a> {
 
     /// The point itself, or the nearest place of the boundary if it lies outside.
     fn held(&self, p: DVec3, supports: &[Support]) -> DVec3 {
-        let bvh = &self.skin.bvh;
+        let skin = &self.medial.material.skin;
         let tolerance = LEAK * self.thinnest(supports);
-        if bvh.any_within(p, tolerance).is_some() || bvh.inside(p) {
+        if skin.bvh.any_within(p, tolerance).is_some() || skin.bvh.inside(p) {
             return p;
         }
-        match self.medial.foot(&self.skin, p, &mut None) {
+        match self.medial.foot(skin, p, &mut None) {
             // Straight below a foot is the material under the bulge of a curved facet.
             Some(foot)
                 if foot.point.distance(p) > tolerance
@@ -128,16 +115,15 @@ mod tests {
     use super::*;
     use crate::stage::adjacency::adjacency;
     use crate::stage::pair::{PairOptions, pair, sight};
+    use crate::test_parts::stages::stages;
     use crate::test_parts::tube_brep;
     use crate::test_parts::voxels::{plate, tee};
 
     #[test]
     fn a_sheet_that_would_leave_the_plate_stays_at_its_boundary() {
         let solid = plate(1);
-        let aag = adjacency(&solid.brep);
-        let options = PairOptions::default();
-        let pairing = pair(&solid.brep, &aag, &sight(&solid.brep), &options);
-        let medial = Medial::new(&solid.brep, &aag, &pairing);
+        let stages = stages(&solid);
+        let medial = stages.medial();
         let held = Held::new(&medial);
         // A rim on one end face, beyond the end of the other.
         let end = solid.face(|p| p.x == 40.0);
@@ -157,13 +143,11 @@ mod tests {
     #[test]
     fn what_lies_in_the_material_or_on_its_boundary_is_placed_as_ever() {
         let solid = tee(1);
-        let aag = adjacency(&solid.brep);
-        let options = PairOptions::default();
-        let pairing = pair(&solid.brep, &aag, &sight(&solid.brep), &options);
-        let medial = Medial::new(&solid.brep, &aag, &pairing);
+        let stages = stages(&solid);
+        let medial = stages.medial();
         let held = Held::new(&medial);
         let end = solid.face(|p| p.x == 40.0);
-        let walls: Vec<WallId> = pairing.walls.ids().collect();
+        let walls: Vec<WallId> = stages.pairing.walls.ids().collect();
         for p in [
             DVec3::new(3.0, 5.0, 0.4),
             DVec3::new(12.0, 12.2, 1.4),

@@ -15,7 +15,7 @@
 //! thickness. Limits: how deep in the material a node lies there is no one's word; triangles between two such nodes may bridge a corner of the pocket.
 //! Cost: a nearest-point query and a ray a place beyond the ends of all of its walls.
 
-use super::Medial;
+use super::{Medial, Surface};
 use crate::model::brep::Brep;
 use crate::model::complex::Support;
 use crate::spatial::TriangleBvh;
@@ -27,23 +27,30 @@ pub(super) const NEAR: f64 = 0.1;
 /// Where the material is.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Material {
-    boundary: TriangleBvh,
+    /// All facets of the solid.
+    pub(super) skin: Surface,
 }
 
 impl Material {
     pub(super) fn new(brep: &Brep) -> Self {
         let corners: Vec<[DVec3; 3]> = brep.facets.ids().map(|f| brep.corners(f)).collect();
         Self {
-            boundary: TriangleBvh::new(&corners),
+            skin: Surface {
+                bvh: TriangleBvh::new(&corners),
+                facets: brep.facets.ids().collect(),
+                faces: brep.faces.ids().collect(),
+                ..Surface::default()
+            },
         }
     }
 
     /// For a place outside by more than `slack`: the nearest one that is as far inside.
     fn held(&self, p: DVec3, slack: f64) -> Option<DVec3> {
-        if self.boundary.nearest_within(p, slack).is_some() || self.boundary.inside(p) {
+        let boundary = &self.skin.bvh;
+        if boundary.nearest_within(p, slack).is_some() || boundary.inside(p) {
             return None;
         }
-        let near = self.boundary.nearest(p)?;
+        let near = boundary.nearest(p)?;
         Some(near.point + (near.point - p) * (slack / near.distance))
     }
 }

@@ -8,6 +8,9 @@ const LEAST_LENGTH: f64 = 1.42;
 /// Of a bar the thinner direction is the wall's. Its two directions differ by more than this, the eight directions' error.
 const BAR: f64 = 1.1;
 
+/// A look whose far side turns from its own by more than this sees no wall: wedges to 30 degrees are walls.
+pub const ANTIPARALLEL_COS: f64 = 0.866_025_403_784_438_6;
+
 /// One look through the material.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sighting {

@@ -15,7 +15,7 @@ use crate::geom::six_node;
 use crate::model::brep::Brep;
 use crate::model::disjoint::Disjoint;
 use crate::model::ids::{FaceId, FacetId, Id, IndexVec};
-use crate::model::sighting::Sighting;
+use crate::model::sighting::{ANTIPARALLEL_COS, Sighting};
 use crate::spatial::TriangleBvh;
 use glam::DVec3;
 use rayon::prelude::*;
@@ -27,8 +27,6 @@ const SELF_SEEN: f64 = 0.05;
 const LARGE_PATCH: f64 = 9.0;
 /// As many thicknesses wide as a wall is at the least.
 const LEAST_WIDTH: f64 = 1.0;
-/// A facet sees the far side where that turns from its own way by less than this: as in `pair`, wedges to 30 degrees are walls.
-const ANTIPARALLEL_COS: f64 = 0.866_025_403_784_438_6;
 /// Facets of one face that turn more than this at their common side lie on two sides of an edge: three facets on a quarter turn turn 30 degrees.
 const SHARP_COS: f64 = 0.5;
 /// How far below the surface a look starts, as a share of the part's diagonal: above rounding, far below any thickness.

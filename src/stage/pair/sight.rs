@@ -7,7 +7,7 @@ use super::extent::{Boundary, extent};
 use crate::geom::six_node;
 use crate::model::brep::Brep;
 use crate::model::ids::{FaceId, FacetId};
-use crate::model::sighting::{Extent, Sighting};
+use crate::model::sighting::{ANTIPARALLEL_COS, Extent, Sighting};
 use crate::spatial::TriangleBvh;
 use glam::DVec3;
 use rayon::prelude::*;
@@ -18,8 +18,6 @@ const LEAST_SAMPLES: f64 = 60.0;
 const SHARED_SAMPLES: f64 = 20_000.0;
 /// How far below the surface a ray starts, as a share of the part's diagonal: above rounding, far below any thickness.
 const START: f64 = 1e-6;
-/// A ray whose far side turns from its own by more than this sees no wall: wedges to 30 degrees are walls.
-const ANTIPARALLEL_COS: f64 = 0.866_025_403_784_438_6;
 
 /// Looks from every face through the material, in order of the faces.
 pub fn sight(brep: &Brep) -> Vec<Sighting> {
