@@ -31,8 +31,10 @@ use flats::Flats;
 use glam::DVec3;
 pub use held::Held;
 use memory::Memory;
+use rayon::prelude::*;
 use slant::Slants;
 use smallvec::SmallVec;
+use std::sync::Arc;
 use void::Material;
 
 /// Steps of the placing iteration: it converges quadratically on smooth walls; the rest guards against cycling at edges.
@@ -151,82 +153,26 @@ impl Foot {
     }
 }
 
-/// The mid-surfaces of a solid. Built once a pairing; queries are read-only and may run in parallel.
-#[derive(Clone, Debug)]
-pub struct Medial<'a> {
-    brep: &'a Brep,
-    sides: IndexVec<WallId, [Surface; 2]>,
-    thickness: IndexVec<WallId, f64>,
-    /// How far beyond the end of its sides a wall may be carried on, mm.
-    reach: IndexVec<WallId, f64>,
-    /// Rims may slide from a lateral face onto one that is tangent to it: such faces share one surface.
-    rim_surface: IndexVec<FaceId, u32>,
-    rims: Vec<Surface>,
-    slants: Slants,
+/// What does not depend on which faces are paired: pairings of one solid share it.
+#[derive(Debug)]
+struct Ground {
     material: Material,
     edges: Edges,
+    /// The facets of each face.
+    of_face: IndexVec<FaceId, Vec<FacetId>>,
     facets: IndexVec<FacetId, ReadyFacet>,
     /// The bent ones among the facets that touch each facet.
     bent: IndexVec<FacetId, Vec<FacetId>>,
     /// Normal curvature of each facet, 1/mm, estimated from its corner normals.
     curvature: IndexVec<FacetId, f64>,
-    typical: f64,
-    memory: Memory,
-    flats: Flats,
 }
 
-impl<'a> Medial<'a> {
-    /// Builds the hierarchies of all walls and lateral faces.
-    pub fn new(brep: &'a Brep, aag: &Aag, pairing: &Pairing) -> Self {
+impl Ground {
+    fn new(brep: &Brep) -> Self {
         let mut of_face: IndexVec<FaceId, Vec<FacetId>> =
             IndexVec::filled(Vec::new(), brep.faces.len());
         for (id, f) in brep.facets.enumerated() {
             of_face[f.face].push(id);
-        }
-        let surface = |faces: &mut dyn Iterator<Item = FaceId>| {
-            let mut faces: Vec<FaceId> = faces.collect();
-            faces.sort_unstable();
-            let facets: Vec<FacetId> = faces
-                .iter()
-                .flat_map(|f| of_face[*f].iter().copied())
-                .collect();
-            let corners: Vec<[DVec3; 3]> = facets.iter().map(|&f| brep.corners(f)).collect();
-            Surface {
-                bvh: TriangleBvh::new(&corners),
-                plane: common_plane(brep, &facets),
-                facets,
-                inner_edges: InnerEdges::new(brep, aag, &faces),
-                roundings: Roundings::new(aag, pairing, &faces),
-                faces,
-            }
-        };
-        let sides: IndexVec<WallId, [Surface; 2]> = pairing
-            .walls
-            .iter()
-            .map(|w| [0, 1].map(|s| surface(&mut w.sides[s].iter().copied())))
-            .collect();
-        let mut rim_surface: IndexVec<FaceId, u32> = IndexVec::filled(u32::MAX, brep.faces.len());
-        let mut rims = Vec::new();
-        for seed in brep.faces.ids() {
-            if rim_surface[seed] != u32::MAX {
-                continue;
-            }
-            let id = rims.len() as u32;
-            rim_surface[seed] = id;
-            let mut members = vec![seed];
-            let mut at = 0;
-            while pairing.side[seed].is_none() && at < members.len() {
-                let f = members[at];
-                at += 1;
-                for arc in aag.arcs_of(f).filter(|a| a.convexity == Convexity::Smooth) {
-                    let g = Aag::across(arc, f);
-                    if rim_surface[g] == u32::MAX && pairing.side[g].is_none() {
-                        rim_surface[g] = id;
-                        members.push(g);
-                    }
-                }
-            }
-            rims.push(surface(&mut members.into_iter()));
         }
         let curvature = brep
             .facets
@@ -248,7 +194,92 @@ impl<'a> Medial<'a> {
             .enumerated()
             .map(|(id, f)| ReadyFacet::new(brep.corners(id), f.mids))
             .collect();
-        let bent = bent_neighbours(brep, &facets);
+        Self {
+            material: Material::new(brep),
+            edges: Edges::new(brep),
+            of_face,
+            bent: bent_neighbours(brep, &facets),
+            facets,
+            curvature,
+        }
+    }
+}
+
+/// The mid-surfaces of a solid. Built once a pairing; queries are read-only and may run in parallel.
+#[derive(Clone, Debug)]
+pub struct Medial<'a> {
+    brep: &'a Brep,
+    sides: IndexVec<WallId, [Surface; 2]>,
+    thickness: IndexVec<WallId, f64>,
+    /// How far beyond the end of its sides a wall may be carried on, mm.
+    reach: IndexVec<WallId, f64>,
+    /// Rims may slide from a lateral face onto one that is tangent to it: such faces share one surface.
+    rim_surface: IndexVec<FaceId, u32>,
+    rims: Vec<Surface>,
+    slants: Slants,
+    ground: Arc<Ground>,
+    typical: f64,
+    memory: Memory,
+    flats: Flats,
+}
+
+impl<'a> Medial<'a> {
+    /// Builds the hierarchies of all walls and lateral faces.
+    pub fn new(brep: &'a Brep, aag: &Aag, pairing: &Pairing) -> Self {
+        Self::on(Arc::new(Ground::new(brep)), brep, aag, pairing)
+    }
+
+    /// The same for another pairing of the same solid.
+    pub fn paired(&self, aag: &Aag, pairing: &Pairing) -> Self {
+        Self::on(Arc::clone(&self.ground), self.brep, aag, pairing)
+    }
+
+    fn on(ground: Arc<Ground>, brep: &'a Brep, aag: &Aag, pairing: &Pairing) -> Self {
+        let surface = |faces: &[FaceId]| {
+            let mut faces = faces.to_vec();
+            faces.sort_unstable();
+            let facets: Vec<FacetId> = faces
+                .iter()
+                .flat_map(|f| ground.of_face[*f].iter().copied())
+                .collect();
+            let corners: Vec<[DVec3; 3]> = facets.iter().map(|&f| brep.corners(f)).collect();
+            Surface {
+                bvh: TriangleBvh::new(&corners),
+                plane: common_plane(brep, &facets),
+                facets,
+                inner_edges: InnerEdges::new(brep, aag, &faces),
+                roundings: Roundings::new(aag, pairing, &faces),
+                faces,
+            }
+        };
+        let sides: IndexVec<WallId, [Surface; 2]> = (pairing.walls.as_slice().par_iter())
+            .map(|w| [0, 1].map(|s| surface(&w.sides[s])))
+            .collect::<Vec<_>>()
+            .into();
+        let mut rim_surface: IndexVec<FaceId, u32> = IndexVec::filled(u32::MAX, brep.faces.len());
+        let mut rims = Vec::new();
+        for seed in brep.faces.ids() {
+            if rim_surface[seed] != u32::MAX {
+                continue;
+            }
+            let id = rims.len() as u32;
+            rim_surface[seed] = id;
+            let mut members = vec![seed];
+            let mut at = 0;
+            while pairing.side[seed].is_none() && at < members.len() {
+                let f = members[at];
+                at += 1;
+                for arc in aag.arcs_of(f).filter(|a| a.convexity == Convexity::Smooth) {
+                    let g = Aag::across(arc, f);
+                    if rim_surface[g] == u32::MAX && pairing.side[g].is_none() {
+                        rim_surface[g] = id;
+                        members.push(g);
+                    }
+                }
+            }
+            rims.push(members);
+        }
+        let rims: Vec<Surface> = rims.par_iter().map(|faces| surface(faces)).collect();
         let thickness: IndexVec<WallId, f64> = pairing.walls.iter().map(|w| w.thickness).collect();
         let reach = pairing
             .walls
@@ -265,11 +296,7 @@ impl<'a> Medial<'a> {
             rim_surface,
             rims,
             slants: Slants::default(),
-            material: Material::new(brep),
-            edges: Edges::new(brep),
-            facets,
-            bent,
-            curvature,
+            ground,
             typical,
             memory: Memory::new(brep.facets.len()),
             flats,
@@ -284,11 +311,11 @@ impl<'a> Medial<'a> {
         *hint = Some(near.hint);
         let id = surface.facets[near.index];
         let best = self.foot_on(id, p, near.point);
-        let neighbours = &self.bent[id];
+        let neighbours = &self.ground.bent[id];
         if neighbours.is_empty() || best.is_plumb(p) {
             return Some(best);
         }
-        let facet = &self.facets[id];
+        let facet = &self.ground.facets[id];
         let mut distance = best.point.distance(p);
         let [a, b, _] = facet.corners();
         if distance <= ON_SURFACE * a.distance(b) {
@@ -298,7 +325,11 @@ impl<'a> Medial<'a> {
         let reach = near.distance + facet.sag();
         let mut nearest = best;
         for &f in neighbours {
-            let other = &self.facets[f];
+            let other = &self.ground.facets[f];
+            // Of its flat triangle no point is nearer than that of the ball round it.
+            if other.least_distance(p) > reach + other.sag() {
+                continue;
+            }
             let face = self.brep.facets[f].face;
             if surface.faces.binary_search(&face).is_err() {
                 continue;
@@ -318,7 +349,7 @@ impl<'a> Medial<'a> {
 
     /// `flat`: the nearest point of the facet's flat triangle.
     fn foot_on(&self, facet: FacetId, p: DVec3, flat: DVec3) -> Foot {
-        let (point, normal) = self.facets[facet].nearest(p, flat);
+        let (point, normal) = self.ground.facets[facet].nearest(p, flat);
         Foot {
             point,
             normal,
@@ -358,7 +389,7 @@ impl<'a> Medial<'a> {
             return foot;
         }
         let below = |i: usize| {
-            let corners = self.facets[side.facets[i]].corners();
+            let corners = self.ground.facets[side.facets[i]].corners();
             let across = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
             across.dot(corners[0] - p) > 0.0 && across.dot(foot.normal) > SAME_WAY * across.length()
         };
@@ -472,7 +503,7 @@ impl<'a> Medial<'a> {
                     planes.push(tangent.plane);
                     beyond = beyond.max(tangent.beyond);
                 } else if let Support::Edge(curve) = support {
-                    edges.extend(self.edges.nearest(p, curve));
+                    edges.extend(self.ground.edges.nearest(p, curve));
                 }
             }
             planes.extend(edges.iter().map(|edge| edge.across(&mids)));

@@ -37,13 +37,7 @@ const PARITY_DIRECTIONS: [DVec3; 7] = [
     DVec3::new(0.1049, 0.9371, -0.3329),
 ];
 
-/// The larger of two numbers that are none of them NaN: one instruction, where `f64::max` takes four.
-#[inline]
-fn larger(a: f64, b: f64) -> f64 {
-    if a > b { a } else { b }
-}
-
-/// The smaller of two numbers that are none of them NaN.
+/// The smaller of two numbers that are none of them NaN: one instruction, where `f64::min` takes four.
 #[inline]
 fn smaller(a: f64, b: f64) -> f64 {
     if a < b { a } else { b }
@@ -62,9 +56,23 @@ pub struct Nearest {
     pub hint: Hint,
 }
 
-/// A triangle's place in its hierarchy, which only that hierarchy understands.
+/// A triangle's place in its hierarchy, which only that hierarchy understands; any other number does no harm.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Hint(u32);
+
+impl Hint {
+    /// As a number, to be kept where only numbers can be.
+    #[inline]
+    pub fn number(self) -> u32 {
+        self.0
+    }
+
+    /// What the number stood for.
+    #[inline]
+    pub fn numbered(number: u32) -> Self {
+        Self(number)
+    }
+}
 
 /// Entries that wait while a walk goes down: three a level.
 type Stack = SmallVec<[Entry; 64]>;
@@ -452,7 +460,11 @@ fn widened(bvh: &Bvh2) -> (Vec<Wide>, Option<Child>, Vec<u32>) {
 fn power_of_two_below(x: f64) -> f64 {
     // Its bits without the mantissa.
     let power = f64::from_bits(x.to_bits() & !((1 << 52) - 1));
-    if power > 0.0 && power.is_finite() { power } else { 1.0 }
+    if power > 0.0 && power.is_finite() {
+        power
+    } else {
+        1.0
+    }
 }
 
 /// A box's lower bound: an f32 that is below `x`.

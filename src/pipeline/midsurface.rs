@@ -153,19 +153,18 @@ fn candidate(
         return Ok(None);
     }
     fault("midpoint", complex.check().first())?;
-    let (complex, pairing) = clock.time("unite", || {
+    let (complex, pairing, medial) = clock.time("unite", || {
         let (complex, pairing) = unite::unite(complex, pairing, &medial);
-        let medial = Medial::new(brep, aag, &pairing);
+        let medial = medial.paired(aag, &pairing);
         let complex = extract::place(complex, &medial);
         match unite::over_steps(&complex, &pairing, aag, &medial) {
             Some((complex, pairing)) => {
-                let placed = extract::place(complex, &Medial::new(brep, aag, &pairing));
-                (placed, pairing)
+                let medial = medial.paired(aag, &pairing);
+                (extract::place(complex, &medial), pairing, medial)
             }
-            None => (complex, pairing),
+            None => (complex, pairing, medial),
         }
     });
-    let medial = clock.time("unite", || Medial::new(brep, aag, &pairing));
     let complex = clock.time("unite", || {
         let (complex, _) = prune::prune(complex, &medial);
         let complex = reach::reach_rims(complex, brep, aag, &pairing, &medial);

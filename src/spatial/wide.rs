@@ -142,7 +142,9 @@ impl Beam {
 /// An upper bound for squared distances in f32, for one in units of the boxes; never infinite.
 #[inline]
 pub(super) fn limit(squared: f64) -> f32 {
-    ((squared as f32) * (1.0 + ROUNDING)).next_up().min(f32::MAX)
+    ((squared as f32) * (1.0 + ROUNDING))
+        .next_up()
+        .min(f32::MAX)
 }
 
 impl Default for Wide {
