@@ -9,6 +9,7 @@ mod corner;
 mod edges;
 mod facing;
 mod flats;
+mod ground;
 mod held;
 mod memory;
 mod queries;
@@ -17,25 +18,24 @@ mod slant;
 mod void;
 
 use crate::geom::planes;
-use crate::geom::six_node::{self, ReadyFacet};
 use crate::geom::triangle::nearest_on_triangle;
 use crate::model::brep::Brep;
 use crate::model::complex::Support;
-use crate::model::ids::{FaceId, FacetId, IndexVec, VertexId, WallId};
+use crate::model::ids::{FaceId, FacetId, IndexVec, WallId};
 use crate::model::walls::{Aag, Convexity, Pairing};
 use crate::spatial::{Hint, TriangleBvh};
 use corner::InnerEdges;
-use edges::{Edges, OnEdge};
+use edges::OnEdge;
 use facing::Roundings;
 use flats::Flats;
 use glam::DVec3;
+use ground::Ground;
 pub use held::Held;
 use memory::Memory;
 use rayon::prelude::*;
 use slant::Slants;
 use smallvec::SmallVec;
 use std::sync::Arc;
-use void::Material;
 
 /// Steps of the placing iteration: it converges quadratically on smooth walls; the rest guards against cycling at edges.
 const STEPS: usize = 16;
@@ -150,58 +150,6 @@ impl Foot {
     fn beyond(&self, p: DVec3) -> f64 {
         let d = p - self.point;
         (d - self.normal * d.dot(self.normal)).length()
-    }
-}
-
-/// What does not depend on which faces are paired: pairings of one solid share it.
-#[derive(Debug)]
-struct Ground {
-    material: Material,
-    edges: Edges,
-    /// The facets of each face.
-    of_face: IndexVec<FaceId, Vec<FacetId>>,
-    facets: IndexVec<FacetId, ReadyFacet>,
-    /// The bent ones among the facets that touch each facet.
-    bent: IndexVec<FacetId, Vec<FacetId>>,
-    /// Normal curvature of each facet, 1/mm, estimated from its corner normals.
-    curvature: IndexVec<FacetId, f64>,
-}
-
-impl Ground {
-    fn new(brep: &Brep) -> Self {
-        let mut of_face: IndexVec<FaceId, Vec<FacetId>> =
-            IndexVec::filled(Vec::new(), brep.faces.len());
-        for (id, f) in brep.facets.enumerated() {
-            of_face[f.face].push(id);
-        }
-        let curvature = brep
-            .facets
-            .enumerated()
-            .map(|(id, f)| {
-                let p = brep.corners(id);
-                let n = [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0)]
-                    .map(|(u, v)| six_node::normal(&p, &f.mids, u, v));
-                (0..3)
-                    .map(|k| {
-                        (n[k] - n[(k + 1) % 3]).length()
-                            / (p[k] - p[(k + 1) % 3]).length().max(f64::MIN_POSITIVE)
-                    })
-                    .fold(0.0, f64::max)
-            })
-            .collect();
-        let facets: IndexVec<FacetId, ReadyFacet> = brep
-            .facets
-            .enumerated()
-            .map(|(id, f)| ReadyFacet::new(brep.corners(id), f.mids))
-            .collect();
-        Self {
-            material: Material::new(brep),
-            edges: Edges::new(brep),
-            of_face,
-            bent: bent_neighbours(brep, &facets),
-            facets,
-            curvature,
-        }
     }
 }
 
@@ -580,34 +528,6 @@ fn common_plane(brep: &Brep, facets: &[FacetId]) -> Option<Plane> {
         normal,
         offset: (low + high) / 2.0,
     })
-}
-
-/// The bent facets that share a corner with each facet, each once.
-fn bent_neighbours(
-    brep: &Brep,
-    facets: &IndexVec<FacetId, ReadyFacet>,
-) -> IndexVec<FacetId, Vec<FacetId>> {
-    let mut at: IndexVec<VertexId, Vec<FacetId>> =
-        IndexVec::filled(Vec::new(), brep.vertices.len());
-    for (id, f) in brep.facets.enumerated() {
-        if facets[id].sag() > 0.0 {
-            for v in f.corners {
-                at[v].push(id);
-            }
-        }
-    }
-    brep.facets
-        .enumerated()
-        .map(|(id, f)| {
-            let mut near: Vec<FacetId> = Vec::new();
-            for &other in f.corners.iter().flat_map(|&v| &at[v]) {
-                if other != id && !near.contains(&other) {
-                    near.push(other);
-                }
-            }
-            near
-        })
-        .collect()
 }
 
 #[cfg(test)]

@@ -105,7 +105,10 @@ mod tests {
                 });
                 let p = point() * 3.0;
                 let flat = nearest_on_triangle(corners, p);
-                let (q, n) = ReadyFacet::new(corners, mids).nearest(p, flat);
+                let ready = ReadyFacet::new(corners, mids);
+                let (q, n) = ready.nearest(p, flat);
+                let least = ready.least_distance(p);
+                assert!(least <= flat.distance(p) && least > p.length() - 3.0);
                 let (r, m) = nearest_on_quadratic(corners, mids, p);
                 assert!(q.distance(r) < 1e-8 && n.distance(m) < 1e-6, "{q} {r}");
                 if bend > 0.1 {
