@@ -171,14 +171,14 @@ fn mesh_solid(
             clean(complex, &sizing, parted, placer(parted, &held))
         };
         if folds(&kinked.complex) > 0 {
-            let (plain, cut) = rayon::join(&cleaned, cut);
+            let (plain, cut) = rayon::join(cleaned, cut);
             (Some(plain), Some((cut, kinked, parted)))
         } else {
             (None, Some((cut(), kinked, parted)))
         }
     });
     let made = |plain: Option<MidComplex>, clock: &mut Clock<'_>| {
-        plain.unwrap_or_else(|| clock.time("clean", &cleaned))
+        plain.unwrap_or_else(|| clock.time("clean", cleaned))
     };
     let (plain, cut) = match cut {
         Some(cut) if folds(&cut.0) > 0 => {
