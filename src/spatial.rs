@@ -5,7 +5,7 @@
 //! shape of the hierarchy or on the number of threads. Triangles with a coordinate that is not finite are never found.
 //!
 //! This is the only module that names `obvhs`: it builds the hierarchy (PLOC, Meister and Bittner, "Parallel locally-ordered clustering for
-//! bounding volume hierarchy construction", 2018, doi:10.1109/TVCG.2017.2669983); the nodes of four boxes made of it ([`wide`]), and the walk through
+//! bounding volume hierarchy construction", 2018, doi:10.1109/TVCG.2017.2669983); the nodes of four boxes made of it (`wide`), and the walk through
 //! them, are ours.
 
 mod wide;
