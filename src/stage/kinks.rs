@@ -12,8 +12,8 @@
 //! the two ends of an edge differ, the edge is cut at the jump, and the pieces become walls of their own. Then the kink is a curve like any other crease: its nodes
 //! lie where the two mid-surfaces meet, and the meshing follows it. [`Kinked::joined`] makes the pieces one wall again.
 //!
-//! Round the end of an inner edge, as at the corner of a pocket, a kink is an arc. A chord that lies off it is split at its middle; the edges from there cross the
-//! arc and are cut in turn, until no chord covers more than an eighth of a circle.
+//! Round the end of an inner edge, as at the corner of a pocket, a kink is an arc. A chord that comes near to that end is split at its middle; the edges from there
+//! cross the arc and are cut in turn.
 //!
 //! Guarantees: homotopy type, rims and junction curves stay; without kinks nothing is changed. Limits: kinks of less than 15 degrees are left, since
 //! two planes so near to parallel define no line; so are pieces smaller than a squared thickness.

@@ -19,9 +19,11 @@ const HALVINGS: usize = 20;
 const CHANGES: usize = 4;
 /// A jump this near to the end of an edge, as a share of its length, moves that end instead: no needles.
 const NEAR: f64 = 0.15;
-/// A piece of a kink whose middle lies further off it, as a share of its length, is bent: the chord of an eighth of a circle lies a tenth off. A chord across
-/// more of the arc round a corner comes so near to the corner that the mid-surfaces are almost parallel there, and nothing pulls its middle out to the kink.
+/// A piece of a kink whose middle lies further off it, as a share of its length, may be bent: the chord of an eighth of a circle lies a tenth off.
 const BOW: f64 = 0.1;
+/// It is bent where the mid-surfaces turn by less than 20 degrees at its middle, the cosine of which this is: a third more than what is no kink. A chord across
+/// the arc round a corner comes that near to the corner, where the one is almost parallel to the other and nothing pulls a node out to the kink.
+const SLIGHT: f64 = 0.94;
 /// Rounds of bending: each halves what a piece turns by.
 const BENDS: usize = 3;
 
@@ -303,8 +305,12 @@ impl<'a> Cutter<'a> {
         let to = self.complex.nodes[apex].point;
         let change = self.change([from, to], wall, 0.0, &[class])?;
         let off = change.at * from.distance(to);
-        // Where labels are noise the mid-surface does not turn.
-        (change.cos < KINK && off > BOW * ends[0].distance(ends[1])).then_some(Middle {
+        let inner = self.medial.place(from, &[Support::Mid(wall)]);
+        let normals = [inner, from.lerp(to, change.at)].map(|p| self.medial.normal(p, wall));
+        let slight = normals[0]?.dot(normals[1]?) > SLIGHT;
+        // Where labels are noise the mid-surface does not turn at the jump either.
+        let far = change.cos < KINK && off > BOW * ends[0].distance(ends[1]);
+        (far && slight).then_some(Middle {
             wall,
             class,
             apex,
