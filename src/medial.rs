@@ -9,6 +9,7 @@ mod corner;
 mod edges;
 mod facing;
 mod flats;
+mod ground;
 mod held;
 mod memory;
 mod queries;
@@ -17,23 +18,24 @@ mod slant;
 mod void;
 
 use crate::geom::planes;
-use crate::geom::six_node::{self, ReadyFacet};
 use crate::geom::triangle::nearest_on_triangle;
 use crate::model::brep::Brep;
 use crate::model::complex::Support;
-use crate::model::ids::{FaceId, FacetId, IndexVec, VertexId, WallId};
+use crate::model::ids::{FaceId, FacetId, IndexVec, WallId};
 use crate::model::walls::{Aag, Convexity, Pairing};
 use crate::spatial::{Hint, TriangleBvh};
 use corner::InnerEdges;
-use edges::{Edges, OnEdge};
+use edges::OnEdge;
 use facing::Roundings;
 use flats::Flats;
 use glam::DVec3;
+use ground::Ground;
 pub use held::Held;
 use memory::Memory;
+use rayon::prelude::*;
 use slant::Slants;
 use smallvec::SmallVec;
-use void::Material;
+use std::sync::Arc;
 
 /// Steps of the placing iteration: it converges quadratically on smooth walls; the rest guards against cycling at edges.
 const STEPS: usize = 16;
@@ -163,13 +165,7 @@ pub struct Medial<'a> {
     rim_surface: IndexVec<FaceId, u32>,
     rims: Vec<Surface>,
     slants: Slants,
-    material: Material,
-    edges: Edges,
-    facets: IndexVec<FacetId, ReadyFacet>,
-    /// The bent ones among the facets that touch each facet.
-    bent: IndexVec<FacetId, Vec<FacetId>>,
-    /// Normal curvature of each facet, 1/mm, estimated from its corner normals.
-    curvature: IndexVec<FacetId, f64>,
+    ground: Arc<Ground>,
     typical: f64,
     memory: Memory,
     flats: Flats,
@@ -178,17 +174,21 @@ pub struct Medial<'a> {
 impl<'a> Medial<'a> {
     /// Builds the hierarchies of all walls and lateral faces.
     pub fn new(brep: &'a Brep, aag: &Aag, pairing: &Pairing) -> Self {
-        let mut of_face: IndexVec<FaceId, Vec<FacetId>> =
-            IndexVec::filled(Vec::new(), brep.faces.len());
-        for (id, f) in brep.facets.enumerated() {
-            of_face[f.face].push(id);
-        }
-        let surface = |faces: &mut dyn Iterator<Item = FaceId>| {
-            let mut faces: Vec<FaceId> = faces.collect();
+        Self::on(Arc::new(Ground::new(brep)), brep, aag, pairing)
+    }
+
+    /// The same for another pairing of the same solid.
+    pub fn paired(&self, aag: &Aag, pairing: &Pairing) -> Self {
+        Self::on(Arc::clone(&self.ground), self.brep, aag, pairing)
+    }
+
+    fn on(ground: Arc<Ground>, brep: &'a Brep, aag: &Aag, pairing: &Pairing) -> Self {
+        let surface = |faces: &[FaceId]| {
+            let mut faces = faces.to_vec();
             faces.sort_unstable();
             let facets: Vec<FacetId> = faces
                 .iter()
-                .flat_map(|f| of_face[*f].iter().copied())
+                .flat_map(|f| ground.of_face[*f].iter().copied())
                 .collect();
             let corners: Vec<[DVec3; 3]> = facets.iter().map(|&f| brep.corners(f)).collect();
             Surface {
@@ -200,11 +200,10 @@ impl<'a> Medial<'a> {
                 faces,
             }
         };
-        let sides: IndexVec<WallId, [Surface; 2]> = pairing
-            .walls
-            .iter()
-            .map(|w| [0, 1].map(|s| surface(&mut w.sides[s].iter().copied())))
-            .collect();
+        let sides: IndexVec<WallId, [Surface; 2]> = (pairing.walls.as_slice().par_iter())
+            .map(|w| [0, 1].map(|s| surface(&w.sides[s])))
+            .collect::<Vec<_>>()
+            .into();
         let mut rim_surface: IndexVec<FaceId, u32> = IndexVec::filled(u32::MAX, brep.faces.len());
         let mut rims = Vec::new();
         for seed in brep.faces.ids() {
@@ -226,29 +225,9 @@ impl<'a> Medial<'a> {
                     }
                 }
             }
-            rims.push(surface(&mut members.into_iter()));
+            rims.push(members);
         }
-        let curvature = brep
-            .facets
-            .enumerated()
-            .map(|(id, f)| {
-                let p = brep.corners(id);
-                let n = [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0)]
-                    .map(|(u, v)| six_node::normal(&p, &f.mids, u, v));
-                (0..3)
-                    .map(|k| {
-                        (n[k] - n[(k + 1) % 3]).length()
-                            / (p[k] - p[(k + 1) % 3]).length().max(f64::MIN_POSITIVE)
-                    })
-                    .fold(0.0, f64::max)
-            })
-            .collect();
-        let facets: IndexVec<FacetId, ReadyFacet> = brep
-            .facets
-            .enumerated()
-            .map(|(id, f)| ReadyFacet::new(brep.corners(id), f.mids))
-            .collect();
-        let bent = bent_neighbours(brep, &facets);
+        let rims: Vec<Surface> = rims.par_iter().map(|faces| surface(faces)).collect();
         let thickness: IndexVec<WallId, f64> = pairing.walls.iter().map(|w| w.thickness).collect();
         let reach = pairing
             .walls
@@ -265,11 +244,7 @@ impl<'a> Medial<'a> {
             rim_surface,
             rims,
             slants: Slants::default(),
-            material: Material::new(brep),
-            edges: Edges::new(brep),
-            facets,
-            bent,
-            curvature,
+            ground,
             typical,
             memory: Memory::new(brep.facets.len()),
             flats,
@@ -284,11 +259,11 @@ impl<'a> Medial<'a> {
         *hint = Some(near.hint);
         let id = surface.facets[near.index];
         let best = self.foot_on(id, p, near.point);
-        let neighbours = &self.bent[id];
+        let neighbours = &self.ground.bent[id];
         if neighbours.is_empty() || best.is_plumb(p) {
             return Some(best);
         }
-        let facet = &self.facets[id];
+        let facet = &self.ground.facets[id];
         let mut distance = best.point.distance(p);
         let [a, b, _] = facet.corners();
         if distance <= ON_SURFACE * a.distance(b) {
@@ -298,7 +273,11 @@ impl<'a> Medial<'a> {
         let reach = near.distance + facet.sag();
         let mut nearest = best;
         for &f in neighbours {
-            let other = &self.facets[f];
+            let other = &self.ground.facets[f];
+            // Of its flat triangle no point is nearer than that of the ball round it.
+            if other.least_distance(p) > reach + other.sag() {
+                continue;
+            }
             let face = self.brep.facets[f].face;
             if surface.faces.binary_search(&face).is_err() {
                 continue;
@@ -318,7 +297,7 @@ impl<'a> Medial<'a> {
 
     /// `flat`: the nearest point of the facet's flat triangle.
     fn foot_on(&self, facet: FacetId, p: DVec3, flat: DVec3) -> Foot {
-        let (point, normal) = self.facets[facet].nearest(p, flat);
+        let (point, normal) = self.ground.facets[facet].nearest(p, flat);
         Foot {
             point,
             normal,
@@ -358,7 +337,7 @@ impl<'a> Medial<'a> {
             return foot;
         }
         let below = |i: usize| {
-            let corners = self.facets[side.facets[i]].corners();
+            let corners = self.ground.facets[side.facets[i]].corners();
             let across = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
             across.dot(corners[0] - p) > 0.0 && across.dot(foot.normal) > SAME_WAY * across.length()
         };
@@ -472,7 +451,7 @@ impl<'a> Medial<'a> {
                     planes.push(tangent.plane);
                     beyond = beyond.max(tangent.beyond);
                 } else if let Support::Edge(curve) = support {
-                    edges.extend(self.edges.nearest(p, curve));
+                    edges.extend(self.ground.edges.nearest(p, curve));
                 }
             }
             planes.extend(edges.iter().map(|edge| edge.across(&mids)));
@@ -549,34 +528,6 @@ fn common_plane(brep: &Brep, facets: &[FacetId]) -> Option<Plane> {
         normal,
         offset: (low + high) / 2.0,
     })
-}
-
-/// The bent facets that share a corner with each facet, each once.
-fn bent_neighbours(
-    brep: &Brep,
-    facets: &IndexVec<FacetId, ReadyFacet>,
-) -> IndexVec<FacetId, Vec<FacetId>> {
-    let mut at: IndexVec<VertexId, Vec<FacetId>> =
-        IndexVec::filled(Vec::new(), brep.vertices.len());
-    for (id, f) in brep.facets.enumerated() {
-        if facets[id].sag() > 0.0 {
-            for v in f.corners {
-                at[v].push(id);
-            }
-        }
-    }
-    brep.facets
-        .enumerated()
-        .map(|(id, f)| {
-            let mut near: Vec<FacetId> = Vec::new();
-            for &other in f.corners.iter().flat_map(|&v| &at[v]) {
-                if other != id && !near.contains(&other) {
-                    near.push(other);
-                }
-            }
-            near
-        })
-        .collect()
 }
 
 #[cfg(test)]

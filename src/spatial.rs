@@ -5,21 +5,19 @@
 //! shape of the hierarchy or on the number of threads. Triangles with a coordinate that is not finite are never found.
 //!
 //! This is the only module that names `obvhs`: it builds the hierarchy (PLOC, Meister and Bittner, "Parallel locally-ordered clustering for
-//! bounding volume hierarchy construction", 2018, doi:10.1109/TVCG.2017.2669983); the walk through it is ours, in f64.
+//! bounding volume hierarchy construction", 2018, doi:10.1109/TVCG.2017.2669983); the nodes of four boxes made of it (`wide`), and the walk through
+//! them, are ours.
+
+mod wide;
 
 use crate::geom::triangle::{Ray, RayHit, nearest_on_triangle};
 use glam::{DVec3, Vec3A};
 use obvhs::aabb::Aabb;
-use obvhs::bvh2::leaf_collapser::collapse;
+use obvhs::bvh2::Bvh2;
 use obvhs::bvh2::reinsertion::ReinsertionOptimizer;
 use obvhs::ploc::{PlocBuilder, PlocSearchDistance, SortPrecision};
 use smallvec::SmallVec;
-
-/// Few triangles a leaf: an exact test costs more than two boxes.
-const LEAF_SIZE: u32 = 2;
-
-/// Boxes are compared with this relative slack, which is far more than the rounding in a squared distance or a slab test.
-const SLACK: f64 = 1.0 + 1e-12;
+use wide::{Beam, Child, Entry, Probe, WIDTH, Wide};
 
 /// The bounds of a ray without an end.
 const AHEAD: [f64; 2] = [0.0, f64::INFINITY];
@@ -39,65 +37,10 @@ const PARITY_DIRECTIONS: [DVec3; 7] = [
     DVec3::new(0.1049, 0.9371, -0.3329),
 ];
 
-#[derive(Clone, Copy, Debug)]
-struct Node {
-    low: Vec3A,
-    high: Vec3A,
-    /// First triangle of a leaf, or first of two children.
-    first: u32,
-    /// Triangles of a leaf; zero for an inner node.
-    count: u32,
-}
-
-impl Node {
-    /// Squared distance from a point to the box, never more than it is; zero inside.
-    #[inline]
-    fn distance_squared(&self, p: Probe) -> f64 {
-        let d = (self.low - p.at).max(p.at - self.high) - p.slack;
-        // Squares of f32 would leave its range where lengths do not.
-        let d = d.max(Vec3A::ZERO).as_dvec3();
-        d.length_squared()
-    }
-
-    /// How near to its origin the line is inside the box and within the bounds, negative where its origin is; `None` where it is never.
-    #[inline]
-    fn span(&self, origin: DVec3, inverse: DVec3, [from, to]: [f64; 2]) -> Option<f64> {
-        let (mut near, mut far) = (from, to);
-        let (low, high) = (self.low.as_dvec3(), self.high.as_dvec3());
-        for k in 0..3 {
-            if inverse[k].is_finite() {
-                let (t0, t1) = (
-                    (low[k] - origin[k]) * inverse[k],
-                    (high[k] - origin[k]) * inverse[k],
-                );
-                near = larger(near, smaller(t0, t1));
-                far = smaller(far, larger(t0, t1));
-            } else if origin[k] < low[k] || origin[k] > high[k] {
-                return None;
-            }
-        }
-        let slack = (SLACK - 1.0) * (near.abs() + far.abs());
-        (near <= far + if slack.is_finite() { slack } else { 0.0 }).then_some(larger(near, -far))
-    }
-}
-
-/// The larger of two numbers that are none of them NaN: one instruction, where `f64::max` takes four.
-#[inline]
-fn larger(a: f64, b: f64) -> f64 {
-    if a > b { a } else { b }
-}
-
-/// The smaller of two numbers that are none of them NaN.
+/// The smaller of two numbers that are none of them NaN: one instruction, where `f64::min` takes four.
 #[inline]
 fn smaller(a: f64, b: f64) -> f64 {
     if a < b { a } else { b }
-}
-
-/// A point in f32, relative to the hierarchy's centre, and what may be lost in taking a box's distance from it.
-#[derive(Clone, Copy, Debug)]
-struct Probe {
-    at: Vec3A,
-    slack: Vec3A,
 }
 
 /// The nearest point of a set of triangles.
@@ -113,21 +56,40 @@ pub struct Nearest {
     pub hint: Hint,
 }
 
-/// A triangle's place in its hierarchy, which only that hierarchy understands.
+/// A triangle's place in its hierarchy, which only that hierarchy understands; any other number does no harm.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Hint(u32);
+
+impl Hint {
+    /// As a number, to be kept where only numbers can be.
+    #[inline]
+    pub fn number(self) -> u32 {
+        self.0
+    }
+
+    /// What the number stood for.
+    #[inline]
+    pub fn numbered(number: u32) -> Self {
+        Self(number)
+    }
+}
+
+/// Entries that wait while a walk goes down: three a level.
+type Stack = SmallVec<[Entry; 64]>;
 
 /// A bounding volume hierarchy over triangles.
 #[derive(Clone, Debug, Default)]
 pub struct TriangleBvh {
-    nodes: Vec<Node>,
+    nodes: Vec<Wide>,
+    /// What the walk begins with.
+    root: Option<Child>,
     /// #T triangles in the order of the leaves.
     triangles: Vec<[DVec3; 3]>,
     /// #T places in the caller's slice.
     indices: Vec<u32>,
     centre: DVec3,
-    /// Largest coordinate of all boxes.
-    reach: f32,
+    /// Boxes are in units of the reciprocal: a power of two that makes the largest coordinate at most one.
+    scale: f64,
 }
 
 impl TriangleBvh {
@@ -149,11 +111,14 @@ impl TriangleBvh {
         let centre = (low + high) / 2.0;
         // What `p - centre` may lose, for points of the part's own size.
         let pad = 8.0 * f64::EPSILON * low.abs().max(high.abs()).max_element();
+        let reach = (high - centre).abs().max((low - centre).abs());
+        let scale = power_of_two_below((reach.max_element() + pad).recip());
         let boxes: Vec<Aabb> = finite
             .iter()
             .map(|&i| {
                 let [a, b, c] = triangles[i as usize].map(|p| p - centre);
-                let (low, high) = (a.min(b).min(c) - pad, a.max(b).max(c) + pad);
+                let low = (a.min(b).min(c) - pad) * scale;
+                let high = (a.max(b).max(c) + pad) * scale;
                 Aabb::new(
                     Vec3A::from_array(low.to_array().map(f32_below)),
                     Vec3A::from_array(high.to_array().map(f32_above)),
@@ -168,31 +133,15 @@ impl TriangleBvh {
             2,
         );
         ReinsertionOptimizer::default().run(&mut bvh, 0.02, None);
-        collapse(&mut bvh, LEAF_SIZE, 1.0);
-        let indices: Vec<u32> = bvh
-            .primitive_indices
-            .iter()
-            .map(|&i| finite[i as usize])
-            .collect();
-        let nodes: Vec<Node> = bvh
-            .nodes
-            .iter()
-            .map(|n| Node {
-                low: n.aabb().min,
-                high: n.aabb().max,
-                first: n.first_index,
-                count: n.prim_count,
-            })
-            .collect();
-        let reach = nodes.first().map_or(0.0, |n| {
-            n.low.abs().max_element().max(n.high.abs().max_element())
-        });
+        let (nodes, root, order) = widened(&bvh);
+        let indices: Vec<u32> = order.iter().map(|&i| finite[i as usize]).collect();
         Self {
             nodes,
-            reach,
+            root,
             triangles: indices.iter().map(|&i| triangles[i as usize]).collect(),
             indices,
             centre,
+            scale,
         }
     }
 
@@ -229,44 +178,38 @@ impl TriangleBvh {
         self.search(p, f64::INFINITY, hint, |_| true)
     }
 
+    #[inline]
     fn probe(&self, p: DVec3) -> Probe {
-        let at = (p - self.centre).as_vec3a();
-        // Rounding of the point, and of a difference between it and a box: a unit in the last place (2^-24) each of some coordinate of theirs.
-        let slack = 2.0 * f32::EPSILON * self.reach.max(at.abs().max_element());
-        if slack.is_finite() {
-            Probe {
-                at,
-                slack: Vec3A::splat(slack),
-            }
-        } else {
-            Probe {
-                at: Vec3A::ZERO,
-                slack: Vec3A::INFINITY,
-            }
-        }
+        Probe::new((p - self.centre) * self.scale)
+    }
+
+    /// A squared distance in the units of the boxes.
+    #[inline]
+    fn limit(&self, squared: f64) -> f32 {
+        wide::limit(squared * self.scale * self.scale)
     }
 
     /// The distance of some triangle that is at most `radius` away, not always the nearest: faster than a search for that.
     pub fn any_within(&self, p: DVec3, radius: f64) -> Option<f64> {
         let q = self.probe(p);
         let limit = radius * radius;
-        let root = self.nodes.first()?;
-        let mut stack: SmallVec<[(f64, u32); 64]> = SmallVec::new();
-        stack.push((root.distance_squared(q), 0));
-        while let Some((_, at)) = stack.pop() {
-            let node = &self.nodes[at as usize];
-            for k in node.first..node.first + node.count {
-                let d2 = nearest_on_triangle(self.triangles[k as usize], p).distance_squared(p);
-                if d2 <= limit {
-                    return Some(d2.sqrt());
+        let bound = self.limit(limit);
+        let mut stack = Stack::new();
+        let mut next = self.root.map(wide::first);
+        while let Some(entry) = next {
+            match wide::parts(entry).1.open() {
+                Ok(node) => {
+                    let (near, count) = self.nodes[node].near(&q, bound);
+                    stack.extend(near[..count].iter().rev().copied());
+                }
+                Err(k) => {
+                    let d2 = nearest_on_triangle(self.triangles[k], p).distance_squared(p);
+                    if d2 <= limit {
+                        return Some(d2.sqrt());
+                    }
                 }
             }
-            if node.count == 0 {
-                let near = |i: u32| (self.nodes[i as usize].distance_squared(q), i);
-                let (a, b) = (near(node.first), near(node.first + 1));
-                let (near, far) = if a.0 <= b.0 { (a, b) } else { (b, a) };
-                stack.extend([far, near].into_iter().filter(|c| c.0 <= limit * SLACK));
-            }
+            next = stack.pop();
         }
         None
     }
@@ -280,7 +223,7 @@ impl TriangleBvh {
         mut wanted: impl FnMut(usize) -> bool,
     ) -> Option<Nearest> {
         let q = self.probe(p);
-        let root = self.nodes.first()?;
+        let root = self.root?;
         if !p.is_finite() || radius.is_nan() || radius < 0.0 {
             return None;
         }
@@ -295,44 +238,42 @@ impl TriangleBvh {
             best = Some((limit, self.indices[k as usize], point));
             slot = k;
         }
-        let mut stack: SmallVec<[(f64, u32); 64]> = SmallVec::new();
-        stack.push((root.distance_squared(q), 0));
-        while let Some((d2, at)) = stack.pop() {
-            if d2 > limit * SLACK {
-                continue;
-            }
-            let node = &self.nodes[at as usize];
-            if node.count == 0 {
-                let near = |i: u32| (self.nodes[i as usize].distance_squared(q), i);
-                let (a, b) = (near(node.first), near(node.first + 1));
-                // The nearer child last, so that it is looked at first.
-                let (near, far) = if a.0 <= b.0 { (a, b) } else { (b, a) };
-                for child in [far, near] {
-                    if child.0 <= limit * SLACK {
-                        stack.push(child);
+        let mut bound = self.limit(limit);
+        let mut stack = Stack::new();
+        let mut next = Some(wide::first(root));
+        while let Some(entry) = next {
+            let (near, child) = wide::parts(entry);
+            next = None;
+            if near <= bound {
+                match child.open() {
+                    Ok(node) => {
+                        let (near, count) = self.nodes[node].near(&q, bound);
+                        if count > 0 {
+                            next = Some(near[0]);
+                            stack.extend(near[1..count].iter().rev().copied());
+                        }
+                    }
+                    Err(k) => {
+                        let index = self.indices[k];
+                        if hint != Some(Hint(k as u32)) && wanted(index as usize) {
+                            let point = nearest_on_triangle(self.triangles[k], p);
+                            let e2 = point.distance_squared(p);
+                            let better = match best {
+                                None => e2 <= limit,
+                                Some((b2, b, _)) => e2 < b2 || (e2 == b2 && index < b),
+                            };
+                            if better {
+                                best = Some((e2, index, point));
+                                limit = e2;
+                                bound = self.limit(limit);
+                                slot = k as u32;
+                            }
+                        }
                     }
                 }
-                continue;
             }
-            for k in node.first..node.first + node.count {
-                if hint == Some(Hint(k)) {
-                    continue;
-                }
-                let index = self.indices[k as usize];
-                if !wanted(index as usize) {
-                    continue;
-                }
-                let point = nearest_on_triangle(self.triangles[k as usize], p);
-                let e2 = point.distance_squared(p);
-                let better = match best {
-                    None => e2 <= limit,
-                    Some((b2, b, _)) => e2 < b2 || (e2 == b2 && index < b),
-                };
-                if better {
-                    best = Some((e2, index, point));
-                    limit = e2;
-                    slot = k;
-                }
+            if next.is_none() {
+                next = stack.pop();
             }
         }
         best.map(|(d2, index, point)| Nearest {
@@ -435,42 +376,94 @@ impl TriangleBvh {
         bounds: [f64; 2],
         mut visit: impl FnMut(usize, RayHit) -> [f64; 2],
     ) {
-        if self.nodes.is_empty() || !origin.is_finite() || direction == DVec3::ZERO {
+        let Some(root) = self.root else {
+            return;
+        };
+        if !origin.is_finite() || direction == DVec3::ZERO {
             return;
         }
         let ray = Ray::new(origin, direction);
-        let (from, inverse) = (origin - self.centre, direction.recip());
+        let beam = Beam::new((origin - self.centre) * self.scale, direction * self.scale);
         let mut bounds = bounds;
-        let mut stack: SmallVec<[(f64, u32); 64]> = SmallVec::new();
-        if let Some(t) = self.nodes[0].span(from, inverse, bounds) {
-            stack.push((t, 0));
-        }
-        while let Some((t, at)) = stack.pop() {
-            if t - (SLACK - 1.0) * t.abs() > larger(bounds[1], -bounds[0]) {
-                continue;
-            }
-            let node = &self.nodes[at as usize];
-            if node.count == 0 {
-                let span = |i: u32| {
-                    let t = self.nodes[i as usize].span(from, inverse, bounds);
-                    t.map(|t| (t, i))
-                };
-                match (span(node.first), span(node.first + 1)) {
-                    (Some(a), Some(b)) => stack.extend(if a.0 <= b.0 { [b, a] } else { [a, b] }),
-                    (Some(a), None) | (None, Some(a)) => stack.push(a),
-                    (None, None) => {}
-                }
-                continue;
-            }
-            for k in node.first..node.first + node.count {
-                if let Some(hit) = ray.meets(self.triangles[k as usize])
-                    && hit.t >= bounds[0]
-                    && hit.t <= bounds[1]
-                {
-                    bounds = visit(self.indices[k as usize] as usize, hit);
+        let mut limits = beam.bounds(bounds);
+        let mut stack = Stack::new();
+        let mut next = Some(wide::first(root));
+        while let Some(entry) = next {
+            let (near, child) = wide::parts(entry);
+            if near <= limits[1].max(-limits[0]) {
+                match child.open() {
+                    Ok(node) => {
+                        let (ahead, count) = self.nodes[node].ahead(&beam, limits);
+                        stack.extend(ahead[..count].iter().rev().copied());
+                    }
+                    Err(k) => {
+                        if let Some(hit) = ray.meets(self.triangles[k])
+                            && hit.t >= bounds[0]
+                            && hit.t <= bounds[1]
+                        {
+                            bounds = visit(self.indices[k] as usize, hit);
+                            limits = beam.bounds(bounds);
+                        }
+                    }
                 }
             }
+            next = stack.pop();
         }
+    }
+}
+
+/// The hierarchy with four children a node: its nodes, its root, and its triangles in the order of the leaves.
+fn widened(bvh: &Bvh2) -> (Vec<Wide>, Option<Child>, Vec<u32>) {
+    let (mut nodes, mut order) = (Vec::new(), Vec::new());
+    let node = |at: u32| &bvh.nodes[at as usize];
+    let is_leaf = |at: u32| node(at).prim_count > 0;
+    let area = |at: u32| node(at).aabb().half_area();
+    // Nodes to be made, and the places kept for them.
+    let mut waiting = Vec::new();
+    let mut child = |at: u32, nodes: &mut Vec<Wide>, waiting: &mut Vec<(u32, usize)>| {
+        if is_leaf(at) {
+            order.push(bvh.primitive_indices[node(at).first_index as usize]);
+            return Child::leaf(order.len() - 1);
+        }
+        nodes.push(Wide::default());
+        waiting.push((at, nodes.len() - 1));
+        Child::node(nodes.len() - 1)
+    };
+    let root = (!bvh.nodes.is_empty()).then(|| child(0, &mut nodes, &mut waiting));
+    while let Some((at, place)) = waiting.pop() {
+        let mut inside: SmallVec<[u32; WIDTH]> = SmallVec::new();
+        inside.extend([node(at).first_index, node(at).first_index + 1]);
+        while inside.len() < WIDTH {
+            // The largest box is opened: it would be entered most often.
+            let largest = (0..inside.len())
+                .filter(|&k| !is_leaf(inside[k]))
+                .max_by(|&j, &k| area(inside[j]).total_cmp(&area(inside[k])));
+            let Some(k) = largest else {
+                break;
+            };
+            let first = node(inside[k]).first_index;
+            inside[k] = first;
+            inside.push(first + 1);
+        }
+        let boxes: SmallVec<[(Vec3A, Vec3A, Child); WIDTH]> = (inside.iter())
+            .map(|&at| {
+                let aabb = node(at).aabb();
+                (aabb.min, aabb.max, child(at, &mut nodes, &mut waiting))
+            })
+            .collect();
+        nodes[place] = Wide::new(&boxes);
+    }
+    (nodes, root, order)
+}
+
+/// The largest power of two up to a positive number.
+fn power_of_two_below(x: f64) -> f64 {
+    // Its bits without the mantissa.
+    let power = f64::from_bits(x.to_bits() & !((1 << 52) - 1));
+    if power > 0.0 && power.is_finite() {
+        power
+    } else {
+        1.0
     }
 }
 

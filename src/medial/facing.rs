@@ -77,7 +77,7 @@ impl Medial<'_> {
             // Of this layer: another one, across a gap, may be nearer.
             let leads_on = |i: usize| {
                 let face = self.brep.facets[side.facets[i]].face;
-                let corners = self.facets[side.facets[i]].corners();
+                let corners = self.ground.facets[side.facets[i]].corners();
                 let across = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
                 let depth = |of: Foot| across.dot(corners[0] - of.point);
                 before.iter().any(|pair| pair[1] == face)

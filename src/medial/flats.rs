@@ -13,7 +13,7 @@ use crate::model::brep::Brep;
 use crate::model::ids::{FacetId, Id, IndexVec, VertexId, WallId};
 use crate::spatial::Hint;
 use glam::DVec3;
-use std::sync::atomic::{AtomicU8, AtomicU32, Ordering};
+use std::sync::atomic::{AtomicU8, AtomicU64, Ordering};
 
 /// Facets passed on the way at most: further off a search is as fast.
 const LONGEST_WAY: usize = 6;
@@ -39,8 +39,8 @@ pub(super) struct Flats {
     owner: IndexVec<FacetId, u32>,
     /// Whether a facet is clear, found out when it is first asked for.
     clear: Vec<AtomicU8>,
-    /// One more than the facet last found near a place; zero where none was.
-    guesses: Vec<AtomicU32>,
+    /// One more than the facet last found near a place, zero where none was; and in the lower half where a search near it ended.
+    guesses: Vec<AtomicU64>,
     /// Facets this little above a plane lie in it, mm.
     slack: f64,
 }
@@ -104,7 +104,7 @@ impl Flats {
             clear: std::iter::repeat_with(|| AtomicU8::new(UNKNOWN))
                 .take(across.len())
                 .collect(),
-            guesses: std::iter::repeat_with(|| AtomicU32::new(0))
+            guesses: std::iter::repeat_with(|| AtomicU64::new(0))
                 .take(places)
                 .collect(),
             across,
@@ -114,7 +114,7 @@ impl Flats {
     }
 
     /// The place of a point seen from one side of a wall.
-    fn place(&self, p: DVec3, thickness: f64, side: u32) -> &AtomicU32 {
+    fn place(&self, p: DVec3, thickness: f64, side: u32) -> &AtomicU64 {
         let mut print = u64::from(side);
         for x in (p / (CELL * thickness)).floor().to_array() {
             print = (print.rotate_left(23) ^ x as i64 as u64).wrapping_mul(0x9e37_79b9_7f4a_7c15);
@@ -141,12 +141,26 @@ impl Medial<'_> {
         hint: &mut Option<Hint>,
     ) -> Option<Foot> {
         let place = (self.flats).place(p, self.thickness[wall], number(wall, side));
-        let foot = match place.load(Ordering::Relaxed) {
+        let known = place.load(Ordering::Relaxed);
+        let (guess, ended) = ((known >> 32) as u32, known as u32);
+        let foot = match guess {
             0 => None,
             guess => self.flat_foot(wall, side, p, FacetId(guess - 1)),
         };
-        let foot = foot.or_else(|| self.foot(&self.sides[wall][side], p, hint))?;
-        place.store(foot.facet.0 + 1, Ordering::Relaxed);
+        let foot = match foot {
+            Some(foot) => foot,
+            None => {
+                if hint.is_none() && guess > 0 {
+                    *hint = Some(Hint::numbered(ended));
+                }
+                self.foot(&self.sides[wall][side], p, hint)?
+            }
+        };
+        let ended = hint.map_or(ended, Hint::number);
+        let now = u64::from(foot.facet.0 + 1) << 32 | u64::from(ended);
+        if now != known {
+            place.store(now, Ordering::Relaxed);
+        }
         Some(foot)
     }
 
@@ -155,7 +169,7 @@ impl Medial<'_> {
         let thickness = self.thickness[wall];
         let mut id = from;
         for _ in 0..LONGEST_WAY {
-            let facet = &self.facets[id];
+            let facet = &self.ground.facets[id];
             if facet.sag() > 0.0 || self.flats.owner[id] != number(wall, side) {
                 return None;
             }
@@ -196,12 +210,15 @@ impl Medial<'_> {
             UNKNOWN => {}
             found => return found == CLEAR,
         }
-        let (corners, normal) = (self.facets[id].corners(), self.facets[id].flat_normal());
+        let (corners, normal) = (
+            self.ground.facets[id].corners(),
+            self.ground.facets[id].flat_normal(),
+        );
         let middle = (corners[0] + corners[1] + corners[2]) / 3.0;
         let own = corners.map(|c| c.distance(middle));
         let reach = own[0].max(own[1]).max(own[2]) + 2.0 * HEIGHT * thickness;
         let between = |i: usize| {
-            let other = self.facets[surface.facets[i]].corners();
+            let other = self.ground.facets[surface.facets[i]].corners();
             other
                 .iter()
                 .any(|&c| normal.dot(corners[0] - c) > self.flats.slack)

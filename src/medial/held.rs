@@ -62,7 +62,7 @@ impl<'a> Held<'a> {
 
     /// The point itself, or the nearest place of the boundary if it lies outside.
     fn held(&self, p: DVec3, supports: &[Support]) -> DVec3 {
-        let skin = &self.medial.material.skin;
+        let skin = &self.medial.ground.material.skin;
         let tolerance = LEAK * self.thinnest(supports);
         if skin.bvh.any_within(p, tolerance).is_some() || skin.bvh.inside(p) {
             return p;

@@ -67,7 +67,7 @@ impl Placer for Medial<'_> {
         let Some([a, b]) = self.feet(point, wall) else {
             return f64::INFINITY;
         };
-        let radius = |f: &Foot| 1.0 / self.curvature[f.facet];
+        let radius = |f: &Foot| 1.0 / self.ground.curvature[f.facet];
         // The middle of two concentric arcs; where one side is flat, the other's word counts for half.
         let (r, s) = (radius(&a), radius(&b));
         let bend = if r.is_finite() && s.is_finite() {

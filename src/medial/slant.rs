@@ -17,6 +17,7 @@ use crate::model::brep::Brep;
 use crate::model::ids::{FaceId, FacetId, IndexVec, WallId};
 use crate::model::walls::{Aag, Convexity, Wall};
 use glam::DVec3;
+use rayon::prelude::*;
 use smallvec::SmallVec;
 
 /// Share of a wall that may lie beyond the feet of its shorter sides: with the twentieth of the mesh that may be off its middle in all, more than that again is
@@ -42,21 +43,21 @@ impl Slants {
         walls: &IndexVec<WallId, Wall>,
     ) -> Self {
         let mut cuts: Vec<SmallVec<[Cut; 2]>> = vec![SmallVec::new(); medial.rims.len()];
-        let mut facets: IndexVec<FaceId, Vec<FacetId>> =
-            IndexVec::filled(Vec::new(), brep.faces.len());
-        for (id, f) in brep.facets.enumerated() {
-            facets[f.face].push(id);
-        }
         for (w, wall) in walls.enumerated() {
             let across = faces_across(wall, aag);
             // Strips on either side of the sheet count for one, sides for one.
-            let mut strips = 0.0f64;
-            for &facet in across.iter().flat_map(|&f| &facets[f]) {
-                let [a, b, c] = brep.corners(facet);
-                let area = (b - a).cross(c - a) / 2.0;
-                let normal = medial.normal((a + b + c) / 3.0, w);
-                strips += normal.map_or(0.0, |n| n.dot(area).abs());
-            }
+            let facets: Vec<FacetId> = (across.iter())
+                .flat_map(|&f| medial.ground.of_face[f].iter().copied())
+                .collect();
+            let strips: Vec<f64> = (facets.par_iter())
+                .map(|&facet| {
+                    let [a, b, c] = brep.corners(facet);
+                    let area = (b - a).cross(c - a) / 2.0;
+                    let normal = medial.normal((a + b + c) / 3.0, w);
+                    normal.map_or(0.0, |n| n.dot(area).abs())
+                })
+                .collect();
+            let strips: f64 = strips.iter().sum();
             let sides: f64 = wall.sides.iter().flatten().map(|&f| aag.area[f]).sum();
             let cut = 1.0 - STRIPS * sides / strips.max(f64::MIN_POSITIVE);
             if cut > 0.0 {
@@ -112,6 +113,7 @@ fn faces_across(wall: &Wall, aag: &Aag) -> Vec<FaceId> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
     use crate::model::complex::Support;
     use crate::stage::adjacency::adjacency;
     use crate::stage::pair::{PairOptions, pair, sight};

@@ -80,9 +80,9 @@ impl Medial<'_> {
                 return p;
             }
         }
-        match self.material.held(p, slack) {
+        match self.ground.material.held(p, slack) {
             None => p,
-            Some(_) => self.material.held(start, slack).unwrap_or(start),
+            Some(_) => self.ground.material.held(start, slack).unwrap_or(start),
         }
     }
 }

@@ -7,6 +7,8 @@ use glam::DVec3;
 const LEAST_LENGTH: f64 = 1.42;
 /// Of a bar the thinner direction is the wall's. Its two directions differ by more than this, the eight directions' error.
 const BAR: f64 = 1.1;
+/// A lump is a wall across where it is this much longer than thick in any direction: more than the directions' error.
+const LUMP_LENGTH: f64 = 1.05;
 
 /// A look whose far side turns from its own by more than this sees no wall: wedges to 30 degrees are walls.
 pub const ANTIPARALLEL_COS: f64 = 0.866_025_403_784_438_6;
@@ -50,12 +52,43 @@ impl Extent {
         most: 2.0,
     };
 
-    /// Whether a wall of this extent is wide enough, given its least width in thicknesses. A rib may be narrow, since it has a free end. A neck may not, it is part of the
-    /// thicker wall; nor may a bar, it is a wall in the other direction, except where plates perforated so densely are wanted.
-    pub fn is_wide(&self, least_width: f64) -> bool {
-        self.most > LEAST_LENGTH
-            && self.rib > least_width
-            && self.neck > least_width.max(1.0)
-            && self.bar > BAR.min(2.0 * BAR * least_width)
+    /// Whether a wall of this extent is wide enough.
+    pub fn is_wide(&self, least: &LeastExtent) -> bool {
+        self.most > least.most
+            && self.rib > least.rib
+            && self.neck > least.neck
+            && self.bar > least.bar
+    }
+}
+
+/// What a wall's extent must exceed to be a wall.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LeastExtent {
+    rib: f64,
+    neck: f64,
+    bar: f64,
+    most: f64,
+}
+
+impl LeastExtent {
+    /// Of walls, given their least width in thicknesses. A rib may be narrow, since it has a free end. A neck may not, it is part of the thicker wall; nor may a bar, it
+    /// is a wall in the other direction, except where plates perforated so densely are wanted.
+    pub fn of_walls(least_width: f64) -> Self {
+        Self {
+            rib: least_width,
+            neck: least_width.max(1.0),
+            bar: BAR.min(2.0 * BAR * least_width),
+            most: LEAST_LENGTH,
+        }
+    }
+
+    /// Of walls and of the lumps between them: the thick floor round a hub and the lug that is as thick as long, which have no broader wall that they are part of.
+    pub fn of_lumps(least_width: f64) -> Self {
+        Self {
+            rib: least_width,
+            neck: least_width,
+            bar: BAR * least_width,
+            most: LUMP_LENGTH,
+        }
     }
 }

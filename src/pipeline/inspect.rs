@@ -57,6 +57,8 @@ fn inspect_solid(
     let (fair, leaves) = inside(&found, &medial, clock);
     let held = leaves.then(|| Held::new(&medial));
     // Counted on the raw complex, every crumb of a sheet between two close junction curves would be one.
-    let clean = clean(fair, &sizing, &medial, placer(&medial, &held), clock);
+    let clean = clock.time("clean", || {
+        clean(fair, &sizing, &medial, placer(&medial, &held))
+    });
     Ok(wall_facts(facts, brep, &found, &clean))
 }

@@ -155,23 +155,41 @@ fn mesh_solid(
     dump.complex("fair", &fair)?;
     let kinked = clock.time("kinks", || {
         let kinked = kinks::kinks(&fair, brep, &found.aag, &found.pairing, &medial)?;
-        let parted = Medial::new(brep, &found.aag, &kinked.pairing);
+        let parted = medial.paired(&found.aag, &kinked.pairing);
         Some((kinked, parted))
     });
     let held = leaves.then(|| Held::new(&medial));
-    let plain = clean(fair, &sizing, &medial, placer(&medial, &held), clock);
-    let cut = kinked.as_ref().and_then(|(kinked, parted)| {
-        let cut = clean(
-            kinked.complex.clone(),
-            &sizing,
-            parted,
-            placer(parted, &leaves.then(|| Held::new(parted))),
-            clock,
-        );
-        (folds(&cut) <= folds(&plain)).then_some((cut, kinked, parted))
+    let cleaned = || clean(fair.clone(), &sizing, &medial, placer(&medial, &held));
+    // Without kinks, or where they are cut without a fold, one of the two is enough; else both are wanted and made side by side.
+    let (plain, cut) = clock.time("clean", || {
+        let Some((kinked, parted)) = &kinked else {
+            return (Some(cleaned()), None);
+        };
+        let held = leaves.then(|| Held::new(parted));
+        let cut = || {
+            let complex = kinked.complex.clone();
+            clean(complex, &sizing, parted, placer(parted, &held))
+        };
+        if folds(&kinked.complex) > 0 {
+            let (plain, cut) = rayon::join(cleaned, cut);
+            (Some(plain), Some((cut, kinked, parted)))
+        } else {
+            (None, Some((cut(), kinked, parted)))
+        }
     });
+    let made = |plain: Option<MidComplex>, clock: &mut Clock<'_>| {
+        plain.unwrap_or_else(|| clock.time("clean", cleaned))
+    };
+    let (plain, cut) = match cut {
+        Some(cut) if folds(&cut.0) > 0 => {
+            let plain = made(plain, clock);
+            let fewer = folds(&cut.0) <= folds(&plain);
+            (Some(plain), fewer.then_some(cut))
+        }
+        cut => (plain, cut),
+    };
     let complex = match cut {
-        None => meshed(plain, &sizing, &medial, leaves, &dump, clock)?,
+        None => meshed(made(plain, clock), &sizing, &medial, leaves, &dump, clock)?,
         Some((cut, kinked, parted)) => {
             let cut = kinked.joined(meshed(cut, &sizing, parted, leaves, &dump, clock)?);
             // What was parted at a kink has no neighbours there; joined, it may show a fold.
@@ -179,11 +197,16 @@ fn mesh_solid(
                 connected(cut, |c| remesh::unfold(c, placer(&medial, &held)))
             });
             // A kink that leads into a crowded corner may fold; without it the mesh is less exact but fit for a solver.
-            if folds(&cut) == 0 || folds(&plain) > 0 {
+            if folds(&cut) == 0 {
                 cut
             } else {
-                let plain = meshed(plain, &sizing, &medial, leaves, &dump, clock)?;
-                if folds(&plain) == 0 { plain } else { cut }
+                let plain = made(plain, clock);
+                if folds(&plain) > 0 {
+                    cut
+                } else {
+                    let plain = meshed(plain, &sizing, &medial, leaves, &dump, clock)?;
+                    if folds(&plain) == 0 { plain } else { cut }
+                }
             }
         }
     };
@@ -343,15 +366,12 @@ fn clean(
     sizing: &size::Sizing,
     walls: &Medial<'_>,
     medial: &dyn Placer,
-    clock: &mut Clock<'_>,
 ) -> MidComplex {
     let field = field(sizing, walls);
     let shortest = |p: DVec3, w: WallId| sizing.speck(field(p, w));
-    clock.time("clean", || {
-        let complex = remesh::clean(fair, &shortest, medial);
-        // The remesher refines a fold into many.
-        connected(complex, |c| remesh::unfold(c, medial))
-    })
+    let complex = remesh::clean(fair, &shortest, medial);
+    // The remesher refines a fold into many.
+    connected(complex, |c| remesh::unfold(c, medial))
 }
 
 /// The changed complex, or the old one where sheets would come to hang together only by a point: contraction keeps the homotopy type, not that.

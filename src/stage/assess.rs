@@ -1,8 +1,8 @@
 //! Assess: how well a placed mid-complex stands for its solid, cheaply enough to choose between several.
 //!
 //! `cover`: share of the thin wall area whose mid-point lies near the complex. `astray`: share of the complex's area whose distances to the boundary on either
-//! side differ by more than a tenth, away from junctions and creases. Both come from the sightings that pairing rests on and from rays along the
-//! triangles' normals. Cost: one nearest-point query a sighting, two rays a sample.
+//! side differ by more than a tenth, away from junctions and creases. `outside`: share of it outside the material. They come from the sightings that pairing
+//! rests on and from rays along the triangles' normals. Cost: one nearest-point query a sighting; three rays and a search of the near boundary a triangle.
 
 use crate::model::brep::Brep;
 use crate::model::complex::{EdgeKind, MidComplex};
@@ -25,6 +25,9 @@ const PLUMB_COS: f64 = 0.97;
 /// Nearer to a junction or crease than this many thicknesses the two distances say nothing.
 const AWAY: f64 = 1.5;
 
+/// A place this little outside, in lengths of its triangle, is on the boundary: rims lie there, and flat facets cut off what is round.
+const LEAK: f64 = 0.05;
+
 /// What [`assess`] finds.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Assessment {
@@ -32,21 +35,42 @@ pub struct Assessment {
     pub cover: f64,
     /// Share of the complex's area that is off the middle.
     pub astray: f64,
+    /// Share of the complex's area outside the material.
+    pub outside: f64,
 }
 
 impl Assessment {
-    /// One figure to choose by: what is covered less what is astray. Missing walls and wild points weigh alike.
+    /// One figure to choose by: what is covered less what is astray and what is outside. Missing walls and wild points weigh alike.
     pub fn score(&self) -> f64 {
-        self.cover - self.astray
+        self.cover - self.astray - self.outside
     }
 }
 
 /// Measures cover and straying of a complex.
 pub fn assess(brep: &Brep, sightings: &[Sighting], complex: &MidComplex) -> Assessment {
+    let boundary: Vec<[DVec3; 3]> = brep.facets.ids().map(|f| brep.corners(f)).collect();
+    let bvh = TriangleBvh::new(&boundary);
     Assessment {
         cover: cover(sightings, complex),
-        astray: astray(brep, complex),
+        astray: astray(&boundary, &bvh, complex),
+        outside: outside(&bvh, complex),
     }
+}
+
+/// Share of the area whose triangles have their middles outside the material.
+fn outside(bvh: &TriangleBvh, complex: &MidComplex) -> f64 {
+    let judged: Vec<(f64, bool)> = corners(complex)
+        .par_iter()
+        .map(|[a, b, c]| {
+            let area = (*b - *a).cross(*c - *a).length();
+            let p = (*a + *b + *c) / 3.0;
+            let leaves = bvh.any_within(p, LEAK * area.sqrt()).is_none() && !bvh.inside(p);
+            (area, leaves)
+        })
+        .collect();
+    let total: f64 = judged.iter().map(|j| j.0).sum();
+    let out: f64 = judged.iter().filter(|j| j.1).map(|j| j.0).sum();
+    if total > 0.0 { out / total } else { 0.0 }
 }
 
 fn corners(complex: &MidComplex) -> Vec<[DVec3; 3]> {
@@ -87,9 +111,7 @@ fn cover(sightings: &[Sighting], complex: &MidComplex) -> f64 {
     near.iter().sum::<f64>() / thin.iter().map(|s| s.area).sum::<f64>()
 }
 
-fn astray(brep: &Brep, complex: &MidComplex) -> f64 {
-    let boundary: Vec<[DVec3; 3]> = brep.facets.ids().map(|f| brep.corners(f)).collect();
-    let bvh = TriangleBvh::new(&boundary);
+fn astray(boundary: &[[DVec3; 3]], bvh: &TriangleBvh, complex: &MidComplex) -> f64 {
     let special: Vec<[DVec3; 3]> = complex
         .edges()
         .iter()

@@ -25,6 +25,7 @@ use crate::model::ids::WallId;
 use crate::model::patch::{Chart, Patch, PatchMesh};
 use front::Point;
 use glam::DVec3;
+use rayon::prelude::*;
 use relax::Frame;
 use sizes::Sizes;
 use surface::Surface;
@@ -125,9 +126,8 @@ pub fn triangulate(
         flip::flip(&points, &positions, count, &fixed.inner, &mut triangles);
         polish::polish(&surface, &mut points, &mut positions, count, &triangles);
     }
-    for p in &mut positions[count..] {
-        *p = placer.place(*p, &[Support::Mid(patch.wall)]);
-    }
+    (positions[count..].par_iter_mut())
+        .for_each(|p| *p = placer.place(*p, &[Support::Mid(patch.wall)]));
     check_turns(&surface, &points, &positions, &triangles)?;
 
     let corners = patch.nodes.len() as u32;

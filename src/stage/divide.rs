@@ -15,7 +15,7 @@ use crate::geom::six_node;
 use crate::model::brep::Brep;
 use crate::model::disjoint::Disjoint;
 use crate::model::ids::{FaceId, FacetId, Id, IndexVec};
-use crate::model::sighting::{ANTIPARALLEL_COS, Sighting};
+use crate::model::sighting::{ANTIPARALLEL_COS, LeastExtent, Sighting};
 use crate::spatial::TriangleBvh;
 use glam::DVec3;
 use rayon::prelude::*;
@@ -77,7 +77,7 @@ fn on_both_sides(brep: &Brep, sightings: &[Sighting]) -> IndexVec<FaceId, f64> {
         *all += s.area;
         if let Some((to, distance)) = s.across
             && to == s.from
-            && s.extent.is_wide(LEAST_WIDTH)
+            && s.extent.is_wide(&LeastExtent::of_walls(LEAST_WIDTH))
         {
             *own += s.area;
             distances.push(distance);

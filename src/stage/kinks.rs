@@ -12,10 +12,13 @@
 //! the two ends of an edge differ, the edge is cut at the jump, and the pieces become walls of their own. Then the kink is a curve like any other crease: its nodes
 //! lie where the two mid-surfaces meet, and the meshing follows it. [`Kinked::joined`] makes the pieces one wall again.
 //!
+//! Round the end of an inner edge, as at the corner of a pocket, a kink is an arc. A chord that comes near to that end is split at its middle; the edges from there
+//! cross the arc and are cut in turn.
+//!
 //! Guarantees: homotopy type, rims and junction curves stay; without kinks nothing is changed. Limits: kinks of less than 15 degrees are left, since
 //! two planes so near to parallel define no line; so are pieces smaller than a squared thickness.
 //!
-//! Cost: linear in the triangles of walls with steps, and some thirty nearest points a cut edge.
+//! Cost: linear in the triangles of walls with steps, and some thirty nearest points a cut edge, as many again an edge of a kink.
 
 mod cut;
 mod levels;

@@ -8,6 +8,9 @@ use glam::DVec3;
 /// A facet whose mid-side points lie off the middles of its sides by less than this share of their length is flat.
 const FLAT: f64 = 1e-9;
 
+/// Far above the rounding of a distance, far below any that tells facets apart, relative.
+const ROUNDING: f64 = 1.0 + 1e-9;
+
 /// A six-node facet with what every nearest-point question needs.
 #[derive(Clone, Copy, Debug)]
 pub struct ReadyFacet {
@@ -16,6 +19,9 @@ pub struct ReadyFacet {
     flat_normal: DVec3,
     sags: [f64; 3],
     sag: f64,
+    /// A ball that holds the flat triangle.
+    middle: DVec3,
+    radius: f64,
 }
 
 impl ReadyFacet {
@@ -25,6 +31,8 @@ impl ReadyFacet {
         let sags = [0, 1, 2].map(|k| facet.sag(k));
         let most = sags[0].max(sags[1]).max(sags[2]);
         let bends = most > FLAT * corners[0].distance(corners[1]);
+        let middle = (corners[0] + corners[1] + corners[2]) / 3.0;
+        let radius = corners.iter().map(|c| c.distance(middle));
         Self {
             corners,
             curved: facet.polynomial(),
@@ -33,6 +41,8 @@ impl ReadyFacet {
                 .normalize_or_zero(),
             sags,
             sag: if bends { most } else { 0.0 },
+            middle,
+            radius: radius.fold(0.0, f64::max) * ROUNDING,
         }
     }
 
@@ -52,6 +62,12 @@ impl ReadyFacet {
     #[inline]
     pub fn sag(&self) -> f64 {
         self.sag
+    }
+
+    /// A lower bound on the distance of `p` from its flat triangle; may be negative.
+    #[inline]
+    pub fn least_distance(&self, p: DVec3) -> f64 {
+        self.middle.distance(p) / ROUNDING - self.radius
     }
 
     /// The nearest point to `p` and the unit normal there. `flat`: the nearest point of its flat triangle.
@@ -89,7 +105,10 @@ mod tests {
                 });
                 let p = point() * 3.0;
                 let flat = nearest_on_triangle(corners, p);
-                let (q, n) = ReadyFacet::new(corners, mids).nearest(p, flat);
+                let ready = ReadyFacet::new(corners, mids);
+                let (q, n) = ready.nearest(p, flat);
+                let least = ready.least_distance(p);
+                assert!(least <= flat.distance(p) && least > p.length() - 3.0);
                 let (r, m) = nearest_on_quadratic(corners, mids, p);
                 assert!(q.distance(r) < 1e-8 && n.distance(m) < 1e-6, "{q} {r}");
                 if bend > 0.1 {

@@ -2,7 +2,7 @@ use super::*;
 use crate::stage::pair::sight;
 use crate::stage::test_shapes::{Build, sheet};
 use crate::test_parts::stages::stages;
-use crate::test_parts::voxels::{plate, plate_with_block, tee, thin_parts};
+use crate::test_parts::voxels::{Filled, filled, lines, plate, plate_with_block, tee, thin_parts};
 
 /// The rectangle over x up to `length` of the plate 40 x 24 x 2, at height z.
 fn level(length: f64, z: f64) -> MidComplex {
@@ -38,6 +38,36 @@ fn a_sheet_off_the_middle_strays_from_a_tenth_on() {
     }
     assert_eq!(of_plate(&level(40.0, 1.8)).cover, 0.0);
     assert_eq!(of_plate(&level(40.0, 2.5)).astray, 1.0);
+}
+
+#[test]
+fn what_leaves_the_material_counts_by_its_area_and_a_rim_on_the_boundary_does_not() {
+    // A quarter of the sheet is beyond the end of the plate.
+    let mut build = Build::default();
+    build.sheet(0, 30, 12, |u, v| DVec3::new(40.0 * u, 24.0 * v, 1.0));
+    build.sheet(0, 10, 12, |u, v| {
+        DVec3::new(40.0 + 40.0 / 3.0 * u, 24.0 * v, 1.0)
+    });
+    let found = of_plate(&build.complex);
+    assert!((found.outside - 0.25).abs() < 1e-9, "{found:?}");
+    assert!((found.score() - (found.cover - found.astray - 0.25)).abs() < 1e-12);
+    // Half inside, in a slot's place: both rays meet a side, and the one distance is as long as the other.
+    let solid = slotted();
+    let (sightings, mut build) = (sight(&solid.brep), Build::default());
+    build.sheet(0, 8, 8, |u, v| DVec3::new(40.0 * u, 24.0 * v, 3.0));
+    let slot = assess(&solid.brep, &sightings, &build.complex);
+    assert_eq!((slot.outside, slot.astray), (1.0, 0.0));
+    assert_eq!(of_plate(&level(40.0, 2.0)).outside, 0.0);
+}
+
+/// Two plates 40 x 24 x 2 with a slot 2 high between them, joined by a wall at x = 40.
+fn slotted() -> Filled {
+    let grid = [
+        lines(&[(40.0, 4), (42.0, 1)]),
+        lines(&[(24.0, 4)]),
+        lines(&[(2.0, 1), (4.0, 1), (6.0, 1)]),
+    ];
+    filled(grid, |p| p.x > 40.0 || (p.z - 3.0).abs() > 1.0)
 }
 
 #[test]

@@ -5,6 +5,7 @@
 use super::surface::Spot;
 use crate::model::patch::Patch;
 use glam::DVec3;
+use rayon::prelude::*;
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
@@ -16,8 +17,12 @@ pub(super) struct Sizes<'a> {
 
 impl<'a> Sizes<'a> {
     /// `field` is asked at every corner; sizes grow by `growth`, length per length, at most.
-    pub(super) fn new(patch: &'a Patch, field: &dyn Fn(DVec3) -> f64, growth: f64) -> Self {
-        let mut corners: Vec<f64> = (patch.points.iter())
+    pub(super) fn new(
+        patch: &'a Patch,
+        field: &(dyn Fn(DVec3) -> f64 + Sync),
+        growth: f64,
+    ) -> Self {
+        let mut corners: Vec<f64> = (patch.points.par_iter())
             .map(|&p| field(p))
             .map(|s| if s > 0.0 { s } else { f64::INFINITY })
             .collect();

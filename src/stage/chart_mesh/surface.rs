@@ -11,6 +11,9 @@ pub(super) struct Spot {
     pub weights: [f64; 3],
 }
 
+/// A place with all weights above this lies so far inside a triangle that it lies in no other: far above the rounding of weights in slivers.
+const INSIDE: f64 = 0.01;
+
 /// Derivatives of the position by the chart's two coordinates in one old triangle.
 #[derive(Clone, Copy, Debug)]
 struct Slope {
@@ -21,7 +24,8 @@ struct Slope {
 /// A grid over the chart for point location, with the slopes of every old triangle.
 pub(super) struct Surface<'a> {
     patch: &'a Patch,
-    chart: &'a Chart,
+    /// #T places of the corners.
+    corners: Vec<[DVec2; 3]>,
     slopes: Vec<Slope>,
     normals: Vec<DVec3>,
     grid: Grid,
@@ -109,10 +113,12 @@ impl<'a> Surface<'a> {
         let count = patch.triangles.len();
         let mut grid = Grid::new(&chart.places, 0.0, count);
         let mut slopes = Vec::with_capacity(count);
+        let mut corners = Vec::with_capacity(count);
         let mut normals = vec![DVec3::ZERO; patch.nodes.len()];
         for (i, t) in patch.triangles.iter().enumerate() {
             let [a, b, c] = t.map(|k| chart.places[k as usize]);
             grid.add(i as u32, a.min(b).min(c), a.max(b).max(c));
+            corners.push([a, b, c]);
             let back = DMat2::from_cols(b - a, c - a).inverse();
             let p = patch.triangle_points(i);
             let (u, v) = (p[1] - p[0], p[2] - p[0]);
@@ -126,7 +132,7 @@ impl<'a> Surface<'a> {
         }
         Self {
             patch,
-            chart,
+            corners,
             slopes,
             normals,
             grid,
@@ -138,8 +144,7 @@ impl<'a> Surface<'a> {
     pub(super) fn locate(&self, place: DVec2) -> Option<Spot> {
         let mut best: Option<(f64, Spot)> = None;
         for triangle in self.grid.near(place, 0.0) {
-            let corners = self.patch.triangles[triangle as usize];
-            let [a, b, c] = corners.map(|k| self.chart.places[k as usize]);
+            let [a, b, c] = self.corners[triangle as usize];
             let all = (b - a).perp_dot(c - a);
             let weights = [
                 (b - place).perp_dot(c - place) / all,
@@ -147,6 +152,9 @@ impl<'a> Surface<'a> {
                 (a - place).perp_dot(b - place) / all,
             ];
             let least = weights[0].min(weights[1]).min(weights[2]);
+            if least > INSIDE {
+                return Some(Spot { triangle, weights });
+            }
             if best.is_none_or(|(l, _)| least > l) {
                 best = Some((least, Spot { triangle, weights }));
             }

@@ -3,15 +3,22 @@ use crate::geom::placer::Placer;
 use crate::stage::adjacency::adjacency;
 use crate::stage::pair::{PairOptions, pair, sight};
 use crate::stage::test_shapes::sheet;
-use crate::test_parts::voxels::{Filled, plate, step_plate};
+use crate::test_parts::voxels::{Filled, filled, lines, plate, step_plate};
 
 /// A sheet over x from 12 to 30 and y from 0 to 24 of a plate, at height 1.5, cut at its kinks.
 fn cut(solid: &Filled) -> (MidComplex, Option<Kinked>) {
+    cut_with(solid, [7, 9], 1.5)
+}
+
+/// The same with so many cells along x and y, at a height.
+fn cut_with(solid: &Filled, cells: [usize; 2], z: f64) -> (MidComplex, Option<Kinked>) {
     let aag = adjacency(&solid.brep);
     let options = PairOptions::default();
     let pairing = pair(&solid.brep, &aag, &sight(&solid.brep), &options);
     let medial = Medial::new(&solid.brep, &aag, &pairing);
-    let complex = sheet(7, 9, |u, v| DVec3::new(12.0 + 18.0 * u, 24.0 * v, 1.5));
+    let complex = sheet(cells[0], cells[1], |u, v| {
+        DVec3::new(12.0 + 18.0 * u, 24.0 * v, z)
+    });
     let kinked = kinks(&complex, &solid.brep, &aag, &pairing, &medial);
     (complex, kinked)
 }
@@ -54,14 +61,44 @@ fn a_step_is_cut_where_the_parabola_meets_the_thick_middle() {
 }
 
 #[test]
+fn round_the_corner_of_a_pocket_a_kink_is_an_arc() {
+    // A pocket with its corner at (20, 12), from 4 down to 3. From height 1.75 the corner, 1.25 above, is as near as the top, 2.25 above, at a radius of √3.5.
+    let grid = [
+        lines(&[(40.0, 10)]),
+        lines(&[(24.0, 6)]),
+        lines(&[(3.0, 1), (4.0, 1)]),
+    ];
+    let solid = filled(grid, |p| p.z < 3.0 || p.x > 20.0 || p.y > 12.0);
+    // Cells of six: one chord across all of the arc comes as near as half the radius, where the middle turns by 18 degrees.
+    let (before, kinked) = cut_with(&solid, [3, 4], 1.75);
+    let complex = kinked.unwrap().complex;
+    assert_eq!(complex.check(), vec![]);
+    assert_eq!(complex.euler(), before.euler());
+    let radius = 3.5_f64.sqrt();
+    let mut count = 0;
+    for edge in complex.edges() {
+        let walls = edge.triangles.iter().map(|&t| complex.triangles[t].wall);
+        let walls: Vec<WallId> = walls.collect();
+        if walls.len() == 2 && walls[0] != walls[1] {
+            let [a, b] = edge.ends.map(|n| complex.nodes[n].point);
+            let beyond = (a.midpoint(b) - DVec3::new(20.0, 12.0, 1.75)).max(DVec3::ZERO);
+            let share = beyond.length() / radius;
+            assert!((0.58..1.001).contains(&share), "{a} {b}: {share}");
+            count += 1;
+        }
+    }
+    assert!(count > 4, "{count} chords");
+}
+
+#[test]
 fn a_plate_and_a_step_on_both_sides_have_no_kink() {
     assert!(cut(&plate(1)).1.is_none());
     // Thicker by as much above as below: the middle runs straight on.
-    let straight = crate::test_parts::voxels::filled(
+    let straight = filled(
         [
-            crate::test_parts::voxels::lines(&[(40.0, 10)]),
-            crate::test_parts::voxels::lines(&[(24.0, 6)]),
-            crate::test_parts::voxels::lines(&[(0.5, 1), (2.5, 2), (3.0, 1)]),
+            lines(&[(40.0, 10)]),
+            lines(&[(24.0, 6)]),
+            lines(&[(0.5, 1), (2.5, 2), (3.0, 1)]),
         ],
         |p| p.x > 20.0 || (0.5..2.5).contains(&p.z),
     );

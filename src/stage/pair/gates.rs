@@ -1,7 +1,7 @@
 //! The gates: which faces that see each other across material are a pair.
 
 use crate::model::ids::{FaceId, IndexVec, WallId};
-use crate::model::sighting::Sighting;
+use crate::model::sighting::{LeastExtent, Sighting};
 use crate::model::walls::{Aag, Convexity, FacePair};
 
 /// What a pair must show.
@@ -10,6 +10,8 @@ pub struct PairOptions {
     /// Least width of the narrower face, in thicknesses. The literature's wall has a width of more than once to twice its thickness;
     /// less lets narrow ribs in, at the risk of taking lateral faces for walls.
     pub least_width: f64,
+    /// Whether lumps between walls may be walls: thick floors round hubs, lugs as thick as long.
+    pub lumps: bool,
     /// Least share of what is seen where the wall is wide enough, unless it is a large patch.
     pub wide: f64,
     /// A face narrower than `least_width` still is the side of a wall of which it sees this share: a broad wall may be made of narrow
@@ -31,6 +33,7 @@ impl Default for PairOptions {
     fn default() -> Self {
         Self {
             least_width: 1.0,
+            lumps: false,
             wide: 0.5,
             whole: 0.6,
             least_overlap: 0.03,
@@ -276,11 +279,16 @@ fn complement<'a>(
 }
 
 fn views(sightings: &[Sighting], options: &PairOptions) -> Vec<View> {
+    let least = if options.lumps {
+        LeastExtent::of_lumps(options.least_width)
+    } else {
+        LeastExtent::of_walls(options.least_width)
+    };
     let mut seen: Vec<(FaceId, FaceId, f64, f64, bool)> = sightings
         .iter()
         .filter_map(|s| {
             s.across
-                .map(|(to, d)| (s.from, to, d, s.area, s.extent.is_wide(options.least_width)))
+                .map(|(to, d)| (s.from, to, d, s.area, s.extent.is_wide(&least)))
         })
         .collect();
     seen.sort_by(|a, b| (a.0, a.1).cmp(&(b.0, b.1)).then(a.2.total_cmp(&b.2)));

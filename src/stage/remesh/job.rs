@@ -2,6 +2,7 @@
 
 use super::guide::{GuideId, Guides};
 use super::shape::area_vector;
+use super::sizes::Asked;
 use super::surface::{Class, Surface};
 use super::{RemeshOptions, RemeshStats};
 use crate::geom::placer::Placer;
@@ -21,6 +22,8 @@ pub(super) struct Job<'a> {
     pub options: &'a RemeshOptions,
     /// #N wanted edge length.
     pub size: IndexVec<NodeId, f64>,
+    /// #N what the size field said last, at nodes that were there then.
+    pub asked: IndexVec<NodeId, Asked>,
     pub stats: RemeshStats,
 }
 

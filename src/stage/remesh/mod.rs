@@ -205,7 +205,7 @@ pub fn clean(
     let options = RemeshOptions::default();
     let mut job = start(complex, placer, &options);
     job.refresh_references();
-    job.size = sizes::raw(&job, shortest);
+    job.size = sizes::raw(&mut job, shortest);
     let size_at = job.size.clone();
     trace(
         &mut job,
@@ -269,6 +269,7 @@ fn start<'a>(complex: MidComplex, placer: &'a dyn Placer, options: &'a RemeshOpt
         placer,
         options,
         size: IndexVec::new(),
+        asked: IndexVec::new(),
         stats: RemeshStats::default(),
     }
 }

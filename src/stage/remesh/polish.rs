@@ -21,6 +21,10 @@ const GAIN: f64 = 1e-3;
 const DOUBT: f64 = 0.05;
 /// Passes over the bad triangles; mending one shows at its neighbours, and few need more than three.
 const PASSES: usize = 6;
+/// Bad triangles whose searches are foreseen together: enough work for all threads, few enough that most of them lie apart.
+const AT_ONCE: usize = 256;
+/// Halvings of the step of a search: down to a thirtieth of the shortest edge; below that the gain is not worth the placing.
+const HALVINGS: usize = 5;
 /// Edges in this range of ratios may be contracted or split for the sake of shape.
 const LOOSE: [f64; 2] = [0.7, 1.8];
 
@@ -44,9 +48,19 @@ pub(super) fn polish(job: &mut Job) {
             .collect();
         bad.sort_unstable();
         let mut mended = 0;
-        for (_, t) in bad {
-            if job.surface.lives(t) && is_bad(job.surface.corners(t)) && mend(job, still, t) {
-                mended += 1;
+        for some in bad.chunks(AT_ONCE) {
+            // Most searches end in vain, and those can be made side by side: what mending changes shows at its neighbours only.
+            let mut nodes: Vec<NodeId> = (some.iter())
+                .filter(|b| job.surface.lives(b.1) && is_bad(job.surface.corners(b.1)))
+                .flat_map(|b| job.surface.triangle(b.1).nodes)
+                .collect();
+            nodes.sort_unstable();
+            nodes.dedup();
+            still.foresee(job, &nodes, |n| is_in_vain(job, n));
+            for &(_, t) in some {
+                if job.surface.lives(t) && is_bad(job.surface.corners(t)) && mend(job, still, t) {
+                    mended += 1;
+                }
             }
         }
         if mended == 0 {
@@ -125,7 +139,7 @@ fn split_long(job: &mut Job, still: &mut Still, [a, b]: [NodeId; 2]) -> bool {
 
 /// Pattern search for the place of a node that makes the worst of its triangles better.
 fn search(job: &mut Job, still: &mut Still, n: NodeId) -> bool {
-    if still.holds(job, n) {
+    if job.surface.class[n] == Class::Corner || still.holds(job, n) {
         return false;
     }
     let mut best = job.surface.quality_now(n);
@@ -147,21 +161,9 @@ fn search(job: &mut Job, still: &mut Still, n: NodeId) -> bool {
     };
     let start = target(job, n, 1.0);
     attempt(job, start);
-    let edge = job
-        .surface
-        .neighbours(n)
-        .into_iter()
-        .map(|m| job.surface.length(n, m))
-        .fold(f64::INFINITY, f64::min);
-    let mut step = 0.5 * edge;
-    // Halves down to a thirtieth of the shortest edge: below that the gain is not worth the placing.
-    for _ in 0..5 {
-        let tries = match job.surface.class[n] {
-            Class::Corner => return false,
-            Class::Curve => 2,
-            Class::Sheet => 6,
-        };
-        let any = (0..tries).any(|k| {
+    let mut step = first_step(job, n);
+    for _ in 0..HALVINGS {
+        let any = (0..tries(job, n)).any(|k| {
             let place = step_target(job, n, step, k, job.surface.quality_now(n));
             attempt(job, place)
         });
@@ -173,6 +175,39 @@ fn search(job: &mut Job, still: &mut Still, n: NodeId) -> bool {
         still.record(job, n);
     }
     moved
+}
+
+/// Whether a search at a node as things are now would move nothing.
+fn is_in_vain(job: &Job, n: NodeId) -> bool {
+    if job.surface.class[n] == Class::Corner {
+        return false;
+    }
+    let best = job.surface.quality_now(n);
+    let gains = |target: Option<Target>| {
+        let quality = target.and_then(|t| job.surface.quality_at(n, t.point, best));
+        quality.is_some_and(|q| q > best + GAIN && q > 0.0)
+    };
+    let step = first_step(job, n);
+    !gains(target(job, n, 1.0))
+        && (0..HALVINGS).all(|halving| {
+            let step = step * 0.5f64.powi(halving as i32);
+            !(0..tries(job, n)).any(|k| gains(step_target(job, n, step, k, best)))
+        })
+}
+
+/// Half of the shortest edge at a node.
+fn first_step(job: &Job, n: NodeId) -> f64 {
+    let edges = job.surface.neighbours(n).into_iter();
+    0.5 * (edges.map(|m| job.surface.length(n, m))).fold(f64::INFINITY, f64::min)
+}
+
+/// Ways in which a node may be moved.
+fn tries(job: &Job, n: NodeId) -> usize {
+    match job.surface.class[n] {
+        Class::Corner => 0,
+        Class::Curve => 2,
+        Class::Sheet => 6,
+    }
 }
 
 fn step_target(job: &Job, n: NodeId, step: f64, k: usize, best: f64) -> Option<Target> {

@@ -2,8 +2,10 @@
 
 use super::job::{Job, SizeField};
 use super::surface::{Class, key};
-use crate::model::ids::{IndexVec, NodeId};
+use crate::model::ids::{IndexVec, NodeId, WallId};
+use glam::DVec3;
 use rayon::prelude::*;
+use smallvec::SmallVec;
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
@@ -14,27 +16,48 @@ const NARROW: f64 = 1.6;
 /// Two curves that meet at a corner come near each other there by nature; no narrow place within so many widths of the corner.
 const NEAR_CORNER: f64 = 4.0;
 
-/// Sizes from the field and the curvature of the walls alone.
-pub(super) fn raw(job: &Job, field: SizeField) -> IndexVec<NodeId, f64> {
+/// The size that field and curvature want at a place, for the walls that it was asked for.
+#[derive(Clone, Debug)]
+pub(super) struct Asked {
+    point: DVec3,
+    walls: SmallVec<[WallId; 4]>,
+    size: f64,
+}
+
+/// Sizes from the field and the curvature of the walls alone; where a node has not moved since it was last asked for (`job.asked`, always of the same field),
+/// the answer is taken from there.
+pub(super) fn raw(job: &mut Job, field: SizeField) -> IndexVec<NodeId, f64> {
     let surface = &job.surface;
     let segments = job.options.segments_per_turn;
     let ids: Vec<NodeId> = surface.points.ids().collect();
-    ids.into_par_iter()
+    let asked: Vec<Asked> = ids
+        .into_par_iter()
         .map(|n| {
-            let p = surface.points[n];
+            let (point, walls) = (surface.points[n], surface.walls(n));
+            if let Some(known) = job.asked.get(n)
+                && known.point == point
+                && known.walls == walls
+            {
+                return known.clone();
+            }
             let mut least = f64::INFINITY;
-            for wall in surface.walls(n) {
-                let size = field(p, wall);
+            for &wall in &walls {
+                let size = field(point, wall);
                 if size > 0.0 {
-                    let radius = job.placer.curvature_radius(p, wall);
+                    let radius = job.placer.curvature_radius(point, wall);
                     let bend = std::f64::consts::TAU * radius / segments;
                     least = least.min(size.min(bend.max(FLOOR * size)));
                 }
             }
-            least
+            Asked {
+                point,
+                walls,
+                size: least,
+            }
         })
-        .collect::<Vec<_>>()
-        .into()
+        .collect();
+    job.asked = asked.into();
+    job.asked.iter().map(|a| a.size).collect()
 }
 
 /// Renews the sizes of all nodes: field, bends of curves, narrow places (`narrow`: judged by the present edges), then graded.

@@ -5,6 +5,7 @@
 
 use super::job::Job;
 use crate::model::ids::{Id, NodeId};
+use rayon::prelude::*;
 
 /// Odd, with bits evenly spread: Knuth's multiplicative hashing by the golden ratio.
 const GOLDEN: u64 = 0x9e37_79b9_7f4a_7c15;
@@ -20,6 +21,21 @@ impl Still {
     pub fn holds(&self, job: &Job, n: NodeId) -> bool {
         let seen = self.prints.get(n.index()).copied().flatten();
         seen.is_some_and(|print| print == digest(job, n))
+    }
+
+    /// Records beforehand, all at once, which of the nodes would be searched `in_vain` as things are now.
+    pub fn foresee(
+        &mut self,
+        job: &Job,
+        nodes: &[NodeId],
+        in_vain: impl Fn(NodeId) -> bool + Sync,
+    ) {
+        let found: Vec<bool> = (nodes.par_iter())
+            .map(|&n| !self.holds(job, n) && in_vain(n))
+            .collect();
+        for (&n, _) in nodes.iter().zip(found).filter(|x| x.1) {
+            self.record(job, n);
+        }
     }
 
     /// Records a search in vain.

@@ -1,6 +1,6 @@
 use super::*;
 use crate::model::ids::{CurveId, IndexVec, WallId};
-use crate::model::sighting::Extent;
+use crate::model::sighting::{Extent, LeastExtent};
 use crate::model::walls::{Arc, Convexity};
 use crate::test_parts::voxels::{Filled, cube, filled, lines, plate, wedge};
 use crate::test_parts::{box_brep, tube_brep};
@@ -329,4 +329,48 @@ fn lumps_have_no_walls_whatever_width_is_asked_for() {
         faces(&paired(&box_brep(DVec3::new(80.0, 20.0, 20.0)))),
         [[0; 2]; 0]
     );
+}
+
+#[test]
+fn a_lump_is_a_wall_only_where_lumps_are_asked_for() {
+    // A floor 24 thick and 26 wide and long: a lump beside walls, longer than thick only along its diagonals.
+    let pairs = |lumps| {
+        let brep = box_brep(DVec3::new(26.0, 26.0, 24.0));
+        let options = PairOptions {
+            least_width: 0.5,
+            lumps,
+            ..PairOptions::default()
+        };
+        faces(&pair(&brep, &adjacency(&brep), &sight(&brep), &options))
+    };
+    assert_eq!(pairs(false), [[0; 2]; 0]);
+    assert!(pairs(true).contains(&[0, 1]), "{:?}", pairs(true));
+}
+
+#[test]
+fn the_floor_of_a_groove_between_thicker_parts_is_a_lump() {
+    // Width of the neck against its depth: 0.8 is no wall, and one with lumps.
+    let extent = |neck| Extent {
+        neck,
+        ..Extent::WIDE
+    };
+    for (neck, walls, lumps) in [(0.4, false, false), (0.8, false, true), (1.2, true, true)] {
+        assert_eq!(extent(neck).is_wide(&LeastExtent::of_walls(0.5)), walls);
+        assert_eq!(extent(neck).is_wide(&LeastExtent::of_lumps(0.5)), lumps);
+    }
+}
+
+#[test]
+fn a_face_that_sees_a_bore_by_a_strip_is_its_wall_where_that_is_enough() {
+    // Squares 10 wide, before a bore 3.2 in diameter: within 30 degrees a strip half as wide is seen, 16 hundredths; less than nine squared distances.
+    let aag = squares(2, &[]);
+    let looks = [look(0, 1, 2.0, 16.0), look(1, 0, 2.0, 16.0)].concat();
+    let with = |least_cover| {
+        let options = PairOptions {
+            least_cover,
+            ..PairOptions::default()
+        };
+        super::super::gates::pairs(&aag, &looks, &options).len()
+    };
+    assert_eq!((with(0.3), with(0.15)), (0, 1));
 }
