@@ -192,6 +192,10 @@ fn mesh_solid(
         None => meshed(made(plain, clock), &sizing, &medial, leaves, &dump, clock)?,
         Some((cut, kinked, parted)) => {
             let cut = kinked.joined(meshed(cut, &sizing, parted, leaves, &dump, clock)?);
+            // What was parted at a kink has no neighbours there; joined, it may show a fold.
+            let cut = clock.time("polish", || {
+                connected(cut, |c| remesh::unfold(c, placer(&medial, &held)))
+            });
             // A kink that leads into a crowded corner may fold; without it the mesh is less exact but fit for a solver.
             if folds(&cut) == 0 {
                 cut

@@ -6,6 +6,7 @@
 //! Cost: linear in the part once, then for each step in the triangles that it changes, with a logarithm of the part's size.
 
 use super::cones::Cone;
+use super::refill::Refill;
 use super::shape::{area_vector, quality};
 use super::surface::Surface;
 use super::unfold::Step;
@@ -153,6 +154,26 @@ impl Part {
                 self.rate(changed.collect(), &|n| surface.points[n])
             }
         }
+    }
+
+    /// The part with a piece of it filled anew.
+    pub fn refilled(&self, surface: &Surface, filling: &Refill) -> Score {
+        let mut changed: Vec<(u32, MidTriangle)> = (filling.old.iter().enumerate())
+            .filter_map(|(k, t)| {
+                let i = self.ids.iter().position(|s| s == t)?;
+                let MidTriangle { nodes, wall } = self.triangles[i];
+                let nodes = filling.new.get(k).copied().unwrap_or([nodes[0]; 3]);
+                Some((i as u32, MidTriangle { nodes, wall }))
+            })
+            .collect();
+        changed.sort_unstable_by_key(|c| c.0);
+        self.rate(
+            changed,
+            &|n| match filling.places.binary_search_by_key(&n, |p| p.0) {
+                Ok(k) => filling.places[k].1,
+                Err(_) => surface.points[n],
+            },
+        )
     }
 
     /// A cone with its first triangle for base and the others gone.

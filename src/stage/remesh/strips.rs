@@ -23,8 +23,11 @@ use glam::DVec3;
 const PASSES: usize = 8;
 
 /// A junction block reaches this far from its curve along a strip, in thicknesses of the thickest wall that crosses the strip's own: half of it,
-/// and half as much again for walls that cross askew. The strip's own thickness says nothing: fins on a thick plate stay apart.
+/// and half as much again for walls that cross askew. The strip's own thickness says nothing: fins on a thick plate stay apart. Nor does that of walls that go on
+/// from the strip beyond the curve: between fins a thick wall may have a face, and so be a wall of its own, in every gap.
 const BLOCK: f64 = 0.75;
+/// Cosine of the angle, 37.5 degrees, below which two walls that meet go on from each other: between the drawing angles of 30 and 45 degrees.
+const GOES_ON_COS: f64 = 0.793_353_340_291_235_2;
 /// A strip may end on rims; a sheet with more of its border on rims than this is a low rib, and stays.
 const RIM_SHARE: f64 = 0.25;
 
@@ -50,7 +53,7 @@ fn merge_bridged(
     thickness: &dyn Fn(WallId) -> f64,
     placer: &dyn Placer,
 ) -> MidComplex {
-    let strips = strips(&complex, thickness);
+    let strips = strips(&complex, thickness, placer);
     let mut surface = Surface::new(complex);
     for _ in 0..PASSES {
         let mut left = false;
@@ -67,7 +70,11 @@ fn merge_bridged(
 }
 
 /// Triangles of every strip.
-fn strips(complex: &MidComplex, thickness: &dyn Fn(WallId) -> f64) -> Vec<Vec<TriangleId>> {
+fn strips(
+    complex: &MidComplex,
+    thickness: &dyn Fn(WallId) -> f64,
+    placer: &dyn Placer,
+) -> Vec<Vec<TriangleId>> {
     let edges = complex.edges();
     let mut curves: Vec<[DVec3; 3]> = Vec::new();
     let mut meeting: Vec<Vec<(WallId, f64)>> = Vec::new();
@@ -93,17 +100,24 @@ fn strips(complex: &MidComplex, thickness: &dyn Fn(WallId) -> f64) -> Vec<Vec<Tr
     let inside = |p: DVec3, wall: WallId| {
         bvh.nearest(p).is_some_and(|near| {
             let walls = &meeting[near.index];
-            let thickest = |own: bool| {
-                let kept = walls.iter().filter(|w| own || w.0 != wall);
+            let thickest = |kept: &dyn Fn(WallId) -> bool| {
+                let kept = walls.iter().filter(|w| kept(w.0));
                 kept.map(|w| w.1).fold(0.0, f64::max)
             };
-            let crossing = thickest(false);
-            let across = if crossing > 0.0 {
-                crossing
-            } else {
-                thickest(true)
-            };
-            near.distance <= BLOCK * across
+            let all = thickest(&|_| true);
+            // Spares most points the normals.
+            near.distance <= BLOCK * all && {
+                let normal = placer.normal(near.point, wall);
+                let goes_on = |w: WallId| {
+                    let other = || placer.normal(near.point, w);
+                    w == wall
+                        || normal
+                            .is_some_and(|n| other().is_some_and(|o| n.dot(o).abs() > GOES_ON_COS))
+                };
+                let crossing = thickest(&|w| !goes_on(w));
+                let across = if crossing > 0.0 { crossing } else { all };
+                near.distance <= BLOCK * across
+            }
         })
     };
     // Border length and rim length a sheet.
@@ -242,8 +256,45 @@ mod tests {
             t.wall = WallId(t.wall.0.saturating_sub(1));
         }
         let thickness = |fin: f64| move |w: WallId| if w.0 == 0 { 8.0 } else { fin };
-        assert!(strips(&plate, &thickness(0.5)).is_empty());
-        assert_eq!(strips(&plate, &thickness(0.6)).len(), 1);
+        assert!(strips(&plate, &thickness(0.5), &Stay).is_empty());
+        assert_eq!(strips(&plate, &thickness(0.6), &Stay).len(), 1);
+    }
+
+    /// Walls 0 to 2 are pieces of one flat plate, the others stand on it.
+    struct Plate;
+
+    impl Placer for Plate {
+        fn place(&self, start: DVec3, _: &[crate::model::complex::Support]) -> DVec3 {
+            start
+        }
+        fn normal(&self, _: DVec3, wall: WallId) -> Option<DVec3> {
+            Some(if wall.0 < 3 { DVec3::Z } else { DVec3::Y })
+        }
+        fn thickness(&self, _: DVec3, _: WallId) -> Option<f64> {
+            None
+        }
+        fn curvature_radius(&self, _: DVec3, _: WallId) -> f64 {
+            f64::INFINITY
+        }
+    }
+
+    #[test]
+    fn fins_on_a_plate_that_is_another_wall_in_every_gap_stay_apart() {
+        // The strip is wall 0; wall 1 goes on from it on one side and wall 2 on the other; on each curve stands a fin.
+        let mut plate = cross(0.8);
+        for t in plate.triangles.as_mut_slice() {
+            let right = t.nodes.iter().all(|n| n.0 % 6 != 0);
+            t.wall = WallId(match (t.wall.0, right) {
+                (0, _) => 0,
+                (1, side) => 1 + u32::from(side),
+                (_, side) => 3 + u32::from(side),
+            });
+        }
+        let thickness = |fin: f64| move |w: WallId| if w.0 < 3 { 8.0 } else { fin };
+        assert!(strips(&plate, &thickness(0.5), &Plate).is_empty());
+        assert_eq!(strips(&plate, &thickness(0.6), &Plate).len(), 1);
+        // Where nothing tells that the plate goes on, it crosses.
+        assert_eq!(strips(&plate, &thickness(0.5), &Stay).len(), 1);
     }
 
     #[test]

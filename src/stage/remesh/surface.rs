@@ -5,6 +5,7 @@
 use super::cones::Cone;
 use super::shape::{may_turn, signed_quality};
 use crate::model::complex::{MidComplex, MidNode, MidTriangle, Supports};
+use crate::model::disjoint::Disjoint;
 use crate::model::ids::{Id, IndexVec, NodeId, TriangleId};
 use glam::DVec3;
 use rayon::prelude::*;
@@ -280,6 +281,19 @@ impl Surface {
         }
     }
 
+    /// How many pieces hang together by edges.
+    pub fn pieces(&self) -> usize {
+        let mut sets = Disjoint::new(self.triangles.len());
+        for n in self.live_nodes() {
+            for run in self.spokes(n).chunk_by(|a, b| a.0 == b.0) {
+                for spoke in &run[1..] {
+                    sets.join(run[0].1.0, spoke.1.0);
+                }
+            }
+        }
+        sets.sets() + self.live_triangles().count() - self.triangles.len()
+    }
+
     /// Takes a triangle away.
     pub fn remove(&mut self, t: TriangleId) {
         for n in self.triangles[t].nodes {
@@ -301,6 +315,21 @@ impl Surface {
             self.stars[n].push(t);
         }
         self.referred[t] = DVec3::NAN;
+    }
+
+    /// Puts triangles in the place of others of one wall, no fewer than these.
+    pub fn refill(&mut self, old: &[TriangleId], new: &[[NodeId; 3]]) {
+        for (i, &t) in old.iter().enumerate() {
+            let MidTriangle { nodes, .. } = self.triangles[t];
+            for n in nodes {
+                self.leave(n, t);
+            }
+            self.triangles[t].nodes = new.get(i).copied().unwrap_or([DEAD; 3]);
+            self.referred[t] = DVec3::NAN;
+            for &n in new.get(i).into_iter().flatten() {
+                self.stars[n].push(t);
+            }
+        }
     }
 
     /// Replaces edge `a`-`b` of exactly two triangles by the edge between their apexes.

@@ -3,16 +3,17 @@
 //! A triangle that lies against its neighbours, or has no area, gets the one step that leaves the fewest of its kind round about: its nodes and those beside them are
 //! relaxed, an edge there is flipped or contracted, three triangles round a node become one (`cones`), or, where nothing else helps, a small flap folded back from a free border is taken off. Each place is judged for itself: a stubborn one does not keep the others from being mended.
 //!
-//! Guarantees: homotopy type and feature curves stay (contraction under the link condition, along curves only where these are straight); ends and forks of curves and
+//! Guarantees: homotopy type, pieces and feature curves stay (contraction under the link condition, along curves only where these are straight); ends and forks of curves and
 //! corners of rims stay; moved nodes are put onto their supports; nowhere do folds become more, nor needles of folded triangles.
 //! Exceptions, where nothing else mends a fold: a needle may be left, and forks nearer to each other than the walls are thick become one.
-//! What no single step mends is left to `search`, which tries several in a row.
+//! What no single step mends is cut out and filled anew (`refill`), or left to `search`, which tries several in a row.
 //! Limits: folds over which the curves themselves cross stay. Cost: linear in the number of folded triangles, some thousand operations each.
 
 use super::cones::{Cone, cones};
 use super::dust::keeps_together;
 use super::flat::{hinges, remove_flat};
 use super::rate::{FLAT, Part, Score};
+use super::refill::refill;
 use super::search::search;
 use super::shape::{area_vector, distance_to_segment};
 use super::surface::Surface;
@@ -43,29 +44,63 @@ const RELAXATIONS: [usize; 3] = [1, 3, 8];
 pub fn unfold(mut complex: MidComplex, placer: &dyn Placer) -> MidComplex {
     orient(&mut complex, placer);
     let mut surface = Surface::new(complex);
+    let pieces = surface.pieces();
     for _ in 0..PASSES {
-        // A fold that was pressed flat has become a cap.
-        remove_flat(&mut surface, placer);
-        let all: Vec<TriangleId> = surface.live_triangles().collect();
-        let bad = Part::new(&surface, all.clone(), all.len()).bad();
-        let mut mended = false;
-        for &t in &bad {
-            if surface.lives(t) {
-                mended |= mend(&mut surface, t, placer);
-            }
-        }
-        if !mended && bad.len() <= FEW {
-            for &t in &bad {
-                if surface.lives(t) {
-                    mended |= search(&mut surface, t, placer);
-                }
-            }
+        let before = surface.clone();
+        let mut mended = pass(&mut surface, placer, None);
+        if surface.pieces() != pieces {
+            // One step has parted sheets that met in a curve: only that one is to be left out.
+            surface = before;
+            mended = pass(&mut surface, placer, Some(pieces));
         }
         if !mended {
             break;
         }
     }
     surface.finish()
+}
+
+/// One look at every fold; whether one was mended. Where a number of pieces is given, what changes it is taken back.
+fn pass(surface: &mut Surface, placer: &dyn Placer, pieces: Option<usize>) -> bool {
+    let attempt = |surface: &mut Surface, change: &dyn Fn(&mut Surface) -> bool| {
+        let Some(pieces) = pieces else {
+            return change(surface);
+        };
+        let mut changed = surface.clone();
+        let taken = change(&mut changed) && changed.pieces() == pieces;
+        if taken {
+            *surface = changed;
+        }
+        taken
+    };
+    // A fold that was pressed flat has become a cap.
+    attempt(surface, &|s| {
+        remove_flat(s, placer);
+        true
+    });
+    let all: Vec<TriangleId> = surface.live_triangles().collect();
+    let bad = Part::new(surface, all.clone(), all.len()).bad();
+    let mut mended = false;
+    for &t in &bad {
+        if surface.lives(t) {
+            mended |= attempt(surface, &|s| mend(s, t, placer));
+        }
+    }
+    if !mended {
+        for &t in &bad {
+            if surface.lives(t) {
+                mended |= attempt(surface, &|s| refill(s, t, placer));
+            }
+        }
+    }
+    if !mended && bad.len() <= FEW {
+        for &t in &bad {
+            if surface.lives(t) {
+                mended |= attempt(surface, &|s| search(s, t, placer));
+            }
+        }
+    }
+    mended
 }
 
 /// A step that may mend.
@@ -302,7 +337,7 @@ pub(super) fn rings(surface: &Surface, t: TriangleId, count: usize) -> Vec<Trian
     all
 }
 
-fn with_ring(surface: &Surface, triangles: &[TriangleId]) -> Vec<TriangleId> {
+pub(super) fn with_ring(surface: &Surface, triangles: &[TriangleId]) -> Vec<TriangleId> {
     let mut nodes: Vec<NodeId> = (triangles.iter())
         .flat_map(|&t| surface.triangle(t).nodes)
         .collect();
@@ -317,7 +352,10 @@ fn with_ring(surface: &Surface, triangles: &[TriangleId]) -> Vec<TriangleId> {
 }
 
 /// The triangles, then all that touch them.
-fn with_neighbours(surface: &Surface, mut triangles: Vec<TriangleId>) -> Vec<TriangleId> {
+pub(super) fn with_neighbours(
+    surface: &Surface,
+    mut triangles: Vec<TriangleId>,
+) -> Vec<TriangleId> {
     let more = with_ring(surface, &triangles);
     let inside = triangles.len();
     for t in more {
