@@ -46,6 +46,7 @@ fn little_and_steep_chamfers_and_those_that_leave_nothing_are_none() {
     };
     let steep = |degrees: f64| 1.8 / degrees.to_radians().tan();
     assert!(chamfered(1.2, 1.2));
+    assert!(chamfered(0.75, 0.75), "a quarter of the thickness");
     assert!(chamfered(2.4, 2.4));
     assert!(!chamfered(0.6, 0.6), "a fifth of the thickness");
     assert!(!chamfered(2.9, 2.9), "a knife's edge");
