@@ -97,6 +97,8 @@ pub(super) fn walls(brep: &Brep, aag: &Aag, mut pairs: Vec<FacePair>) -> Pairing
         side[f] = side[f].or(side[like]);
     }
 
+    part_airs(aag, &pairs, &union, &of_face, &mut side);
+
     let mut walls: IndexVec<WallId, Wall> = IndexVec::new();
     let mut wall_of_root = vec![None; pairs.len()];
     for i in 0..pairs.len() as u32 {
@@ -194,6 +196,53 @@ fn merge_groups(side: &mut IndexVec<FaceId, Option<(u32, u8)>>, a: FaceId, c: Fa
         }
     }
     true
+}
+
+/// Gives faces that look into one air groups of their own where the colours oppose them.
+///
+/// Three walls that meet in a Y part three regions of air, which two colours cannot keep apart: two faces beside the same air may get both. Where such faces
+/// meet in an inner corner, or in a fillet, the smaller of them leaves its group; what it is paired with stays opposed to it as a pair.
+fn part_airs(
+    aag: &Aag,
+    pairs: &[FacePair],
+    union: &Union,
+    of_face: &IndexVec<FaceId, Vec<u32>>,
+    side: &mut IndexVec<FaceId, Option<(u32, u8)>>,
+) {
+    let mut corners: Vec<[FaceId; 2]> = (aag.arcs.iter())
+        .filter(|a| a.convexity == Convexity::Concave)
+        .map(|a| a.faces)
+        .collect();
+    for (fillet, _) in side.enumerated().filter(|(_, s)| s.is_none()) {
+        let beside: Vec<FaceId> = (aag.arcs_of(fillet))
+            .filter(|a| a.convexity == Convexity::Smooth)
+            .map(|a| Aag::across(a, fillet))
+            .collect();
+        for (i, &a) in beside.iter().enumerate() {
+            corners.extend(beside[i + 1..].iter().map(|&b| [a.min(b), a.max(b)]));
+        }
+    }
+    corners.sort_unstable();
+    corners.dedup();
+    // The sides of walls that a face lies on.
+    let on = |f: FaceId| {
+        of_face[f].iter().map(move |&i| {
+            let (set, flipped) = union.find(i);
+            (set, (pairs[i as usize].faces[1] == f) ^ flipped)
+        })
+    };
+    let mut groups = side.iter().flatten().map(|s| s.0 + 1).max().unwrap_or(0);
+    for [a, b] in corners {
+        let (Some((g, s)), Some((h, r))) = (side[a], side[b]) else {
+            continue;
+        };
+        let one_wall = on(a).any(|(set, second)| on(b).any(|other| other == (set, !second)));
+        if g == h && s != r && !one_wall {
+            let smaller = if aag.area[a] < aag.area[b] { a } else { b };
+            side[smaller] = Some((groups, 0));
+            groups += 1;
+        }
+    }
 }
 
 /// The pairs with what they are joined to.

@@ -1,6 +1,6 @@
 use super::*;
-use crate::model::ids::WallId;
-use crate::model::walls::{FacePair, PairingFault, Wall};
+use crate::model::ids::{CurveId, IndexVec, WallId};
+use crate::model::walls::{Aag, Arc, Convexity, FacePair, PairingFault, Wall};
 use crate::test_parts::voxels::{
     Filled, channel, cross, ell, filled, hollow_box, lines, motion, plate, square_tube, step_plate,
     tee, thin_parts,
@@ -217,4 +217,54 @@ fn an_odd_ring_of_pairs_never_puts_a_face_on_both_sides() {
     assert_eq!(found.check(), []);
     let all: Vec<FaceId> = found.walls.iter().flat_map(|w| w.sides.concat()).collect();
     assert!((0..3).all(|f| all.contains(&FaceId(f))));
+}
+
+#[test]
+fn faces_beside_one_air_are_not_opposed_by_their_colours() {
+    // Walls 0|1, 1|2 and 2|3 meet in a Y, where 0 and 3 look into the same air; 4 is a fillet, 5 stands elsewhere.
+    let pair = |f: u32, g: u32| FacePair {
+        faces: [FaceId(f), FaceId(g)],
+        overlap: 1.0,
+        thickness: [f64::from(f + 1); 3],
+        wall: WallId(0),
+    };
+    let brep = filled(std::array::from_fn(|_| lines(&[(1.0, 1)])), |_| true).brep;
+    let opposed = |arcs: &[(u32, u32, Convexity)], f: u32, g: u32| {
+        let mut aag = Aag {
+            area: (1..=6).map(f64::from).collect::<Vec<_>>().into(),
+            perimeter: IndexVec::filled(1.0, 6),
+            of_face: IndexVec::filled(Vec::new(), 6),
+            ..Aag::default()
+        };
+        for (i, &(a, b, convexity)) in arcs.iter().enumerate() {
+            aag.arcs.push(Arc {
+                faces: [FaceId(a), FaceId(b)],
+                curve: CurveId(i as u32),
+                length: 1.0,
+                turn_rad: 0.0,
+                convexity,
+            });
+            for f in [a, b] {
+                aag.of_face[FaceId(f)].push(i as u32);
+            }
+        }
+        let pairs = vec![pair(0, 1), pair(1, 2), pair(2, 3)];
+        super::super::walls::walls(&brep, &aag, pairs).opposing(FaceId(f), FaceId(g))
+    };
+    use Convexity::{Concave, Convex, Smooth};
+    let fillet = [(0, 4, Smooth), (3, 4, Smooth)];
+    let corner = [(0, 3, Concave)];
+    for arcs in [fillet.as_slice(), &corner] {
+        assert!(!opposed(arcs, 0, 3), "{arcs:?}");
+        for f in 0..3 {
+            assert!(opposed(arcs, f, f + 1), "{f} {arcs:?}");
+        }
+    }
+    // An end face between them says nothing, nor does a fillet elsewhere.
+    for arcs in [
+        [(0, 4, Convex), (3, 4, Convex)],
+        [(0, 4, Smooth), (4, 5, Smooth)],
+    ] {
+        assert!(opposed(&arcs, 0, 3), "{arcs:?}");
+    }
 }
