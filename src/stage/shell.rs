@@ -1,5 +1,7 @@
 //! Shell: the finished mid-complex as a shell mesh: sheets, orientation, thickness, provenance.
 
+mod lump;
+
 use crate::geom::orient::orient;
 use crate::geom::placer::Placer;
 use crate::medial::{Foot, Medial};
@@ -30,9 +32,14 @@ pub fn shell(
     let (sheet_of, walls) = sheets(&complex, &edges);
     let mut order: Vec<TriangleId> = complex.triangles.ids().collect();
     order.sort_by_key(|&t| (sheet_of[t], t));
+    let material = lump::Material::new(brep);
     let elements: Vec<Element> = order
         .par_iter()
-        .map(|&t| element(brep, medial, complex.triangles[t], &complex, sheet_of[t]))
+        .map(|&t| {
+            let mut element = element(brep, medial, complex.triangles[t], &complex, sheet_of[t]);
+            in_lump(&mut element, &material, &complex);
+            element
+        })
         .collect();
     let tags = |faces: &[crate::model::ids::FaceId]| {
         faces.iter().map(|&f| brep.faces[f].tag).collect::<Vec<_>>()
@@ -115,6 +122,22 @@ fn element(
             f.map(|f| brep.faces[brep.facets[f.facet].face].tag)
         }),
         unsure: feet.is_none_or(|f| f.iter().all(|f| offset(f) > reach)),
+    }
+}
+
+/// An element inside a lump is as thick as that, and no shell stands for the material there.
+fn in_lump(element: &mut Element, material: &lump::Material, complex: &MidComplex) {
+    let Corners::Triangle(nodes) = element.corners else {
+        return;
+    };
+    let [a, b, c] = nodes.map(|n| complex.nodes[n].point);
+    let Some(normal) = (b - a).cross(c - a).try_normalize() else {
+        return;
+    };
+    let thickest = element.thickness.iter().copied().fold(0.0, f64::max);
+    if let Some(thickness) = material.lump((a + b + c) / 3.0, normal, thickest) {
+        element.thickness = [thickness; 4];
+        element.unsure = true;
     }
 }
 

@@ -1,0 +1,124 @@
+//! How thick a lump is that a sheet runs through.
+//!
+//! A sheet that is carried on into a block, to meet another there, is not midway between two sides any more, and the thickness of its wall says nothing of the material
+//! around it. What does is the largest ball in the material that holds the place: the local thickness of T. Hildebrand and P. Rüegsegger, "A new method for the
+//! model-independent assessment of thickness in three-dimensional images", J. Microscopy 185 (1997), DOI 10.1046/j.1365-2818.1997.1340694.x. Of all balls those are tried
+//! whose centre lies on the normal: a plate under a block finds the block's ball straight above.
+
+use crate::model::brep::Brep;
+use crate::spatial::TriangleBvh;
+use glam::DVec3;
+
+/// Where the largest ball is thicker than the wall by this factor, the place is in a lump: where two walls of one thickness meet, it is thicker by 1.25 at sharp corners and by
+/// less than 2 with fillets as wide as the wall.
+const LUMP: f64 = 2.0;
+/// Balls tried along the normal through the material: the best is missed by a thirty-second of the way, and its diameter by as much.
+const BALLS: usize = 32;
+
+/// The material of a solid, made ready to be asked for balls.
+pub(super) struct Material {
+    boundary: TriangleBvh,
+}
+
+impl Material {
+    pub fn new(brep: &Brep) -> Self {
+        let flat: Vec<[DVec3; 3]> = (brep.facets.ids()).map(|f| brep.corners(f)).collect();
+        Self {
+            boundary: TriangleBvh::new(&flat),
+        }
+    }
+
+    /// Diameter of the largest ball in the material that holds `at` and has its centre on the line through it along the unit vector `normal`, if it is a lump's for a wall of this thickness.
+    pub fn lump(&self, at: DVec3, normal: DVec3, thickness: f64) -> Option<f64> {
+        let [ahead, behind] = self.boundary.first_distances(at, normal, f64::INFINITY);
+        let across = ahead + behind;
+        // A ball is no wider than the way through it.
+        if !across.is_finite() || across <= LUMP * thickness {
+            return None;
+        }
+        let diameter = (0..BALLS)
+            .filter_map(|i| {
+                let off = (i as f64 + 0.5) / BALLS as f64 * across - behind;
+                let most = (off + behind).min(ahead - off);
+                if most < off.abs() {
+                    return None;
+                }
+                let radius = self
+                    .boundary
+                    .nearest_within(at + normal * off, most)
+                    .map_or(most, |near| near.distance);
+                (radius >= off.abs()).then_some(2.0 * radius)
+            })
+            .fold(0.0, f64::max);
+        (diameter > LUMP * thickness).then_some(diameter)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::test_parts::voxels::{Filled, motion, plate_with_block, tee, thin_parts};
+
+    /// Diameter for a wall 2 thick with this normal, and 0 where there is no lump.
+    fn lump(solid: &Filled, at: [f64; 3], normal: DVec3) -> f64 {
+        let material = Material::new(&solid.brep);
+        let found = material.lump(DVec3::from(at), normal, 2.0);
+        found.unwrap_or(0.0)
+    }
+
+    #[test]
+    fn a_plate_under_a_block_is_as_thick_as_the_largest_ball_that_reaches_down_to_its_middle() {
+        // The block is 12 wide and with the plate 12 high. At `off` from its axis the ball touches one side: its radius is 6 - off.
+        let solid = plate_with_block();
+        for off in [0.0, 1.0, 2.0, 3.0] {
+            let found = lump(&solid, [30.0 + off, 20.0, 1.0], DVec3::Z);
+            let wanted = 2.0 * (6.0 - off);
+            assert!(
+                (wanted * (1.0 - 1.0 / BALLS as f64)..=wanted + 1e-9).contains(&found),
+                "{off}: {found}, not {wanted}"
+            );
+        }
+        // Beside the block there is the plate alone.
+        assert_eq!(lump(&solid, [20.0, 20.0, 1.0], DVec3::Z), 0.0);
+    }
+
+    #[test]
+    fn the_other_side_a_motion_and_a_scale_change_nothing() {
+        let solid = plate_with_block();
+        let at = DVec3::new(31.0, 20.5, 1.0);
+        let found = lump(&solid, at.into(), DVec3::Z);
+        assert!(found > 8.0);
+        let other = lump(&solid, at.into(), DVec3::NEG_Z);
+        assert!((other - found).abs() < 1e-9, "{other} {found}");
+        let moved = lump(
+            &solid.mapped(motion),
+            motion(at).into(),
+            motion(DVec3::Z) - motion(DVec3::ZERO),
+        );
+        assert!((moved - found).abs() < 1e-9, "{moved} {found}");
+        let small = solid.mapped(|p| p * 1e-3);
+        let material = Material::new(&small.brep);
+        let scaled = material.lump(at * 1e-3, DVec3::Z, 2e-3).unwrap();
+        assert!((scaled - found * 1e-3).abs() < 1e-12, "{scaled} {found}");
+    }
+
+    #[test]
+    fn a_junction_of_walls_of_one_thickness_is_no_lump() {
+        let solid = tee(1);
+        for at in [1.0, 1.5, 2.0, 5.0] {
+            assert_eq!(lump(&solid, [20.0, 12.0, at], DVec3::Y), 0.0);
+        }
+        assert_eq!(lump(&solid, [20.0, 12.0, 1.0], DVec3::Z), 0.0);
+        for (name, solid, _) in thin_parts() {
+            let stages = crate::test_parts::stages::stages(&solid);
+            let mesh = super::super::shell(
+                &solid.brep,
+                &stages.pairing,
+                &stages.medial(),
+                &stages.complex(),
+            );
+            let lumps = mesh.elements.iter().any(|e| e.unsure);
+            assert_eq!(lumps, name.contains("block"), "{name}");
+        }
+    }
+}
