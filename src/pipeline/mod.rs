@@ -37,6 +37,7 @@ use clock::Clock;
 use dump::Dump;
 use glam::DVec3;
 use midsurface::MidSurface;
+use rayon::prelude::*;
 use seen::Seen;
 use std::path::Path;
 
@@ -153,6 +154,7 @@ fn mesh_solid(
     let sizing = clock.time("size", || sizing(brep, &found, &medial, options));
     let (fair, leaves) = inside(&found, &medial, clock);
     dump.complex("fair", &fair)?;
+    let sizing = clock.time("size", || sizing.afforded(&asked(&fair, &sizing, &medial)));
     let kinked = clock.time("kinks", || {
         let kinked = kinks::kinks(&fair, brep, &found.aag, &found.pairing, &medial)?;
         let parted = medial.paired(&found.aag, &kinked.pairing);
@@ -277,6 +279,18 @@ fn field<'a>(
         let bend = sizing.at(medial.curvature_radius(p, w), thickness);
         bend.min(sizing.at_step(medial.step_radius(p, w), thickness))
     }
+}
+
+/// Of every triangle the area, mm², and the edge length wanted in its middle, mm.
+fn asked(complex: &MidComplex, sizing: &size::Sizing, medial: &Medial<'_>) -> Vec<(f64, f64)> {
+    let field = field(sizing, medial);
+    (complex.triangles.as_slice().par_iter())
+        .map(|t| {
+            let [a, b, c] = t.nodes.map(|n| complex.nodes[n].point);
+            let area = (b - a).cross(c - a).length() / 2.0;
+            (area, field((a + b + c) / 3.0, t.wall))
+        })
+        .collect()
 }
 
 /// What places nodes: the medial surfaces, held in the material where sheets would leave it otherwise.

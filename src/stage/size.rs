@@ -34,8 +34,13 @@ const EASED: f64 = 1.0;
 const EASED_TURN: f64 = std::f64::consts::FRAC_PI_4;
 /// Bends may make so many times the triangles of a flat sheet of that area, or of the finest default, whichever is more.
 const MOST_BENT: f64 = 2.0;
+/// A complex may ask for so many triangles, as a multiple of the same, before its shortest edges are made longer: threads that were drawn have walls of a hundredth of the part's, and sheets
+/// that are carried on between them asked for two million triangles.
+const MOST_ASKED: f64 = 3.0;
 /// Halvings of the range between the two: the count is an estimate, and a thirtieth of the range is finer than that.
 const HALVINGS: usize = 5;
+/// Halvings of the target for the shortest edge: a thousandth of it.
+const LEAST_HALVINGS: usize = 10;
 /// What curvature asks for is a bound, but edges come out this much about the wanted length: it is asked for that much shorter.
 const EVENNESS: f64 = 0.9;
 /// Edges below this share of the wanted length are specks of the raw complex, to be contracted before meshing.
@@ -50,6 +55,8 @@ pub struct Sizing {
     pub per_turn: Option<f64>,
     /// Curvature alone asks for no edges shorter than this share of the thickness.
     pub shortest: f64,
+    /// Nothing asks for edges shorter than this, mm; zero unless there would be too many.
+    pub least: f64,
 }
 
 /// The sizing of one solid; `size` and `per_turn` are the user's wishes.
@@ -64,6 +71,7 @@ pub fn sizing(brep: &Brep, pairing: &Pairing, size: Option<f64>, per_turn: Optio
         target,
         per_turn,
         shortest: SHORTEST,
+        least: 0.0,
     }
 }
 
@@ -96,7 +104,7 @@ impl Sizing {
                 .max((self.shortest * thickness).min(EASED_TURN * radius))
                 .max(SHORTEST * thickness),
         };
-        (EVENNESS * curved).min(self.target)
+        (EVENNESS * curved).max(self.least).min(self.target)
     }
 
     /// Edge length at a step of a wall of this thickness, where the mid-surface climbs along a parabola of this radius, mm. Only the part's own sizes follow steps.
@@ -106,7 +114,9 @@ impl Sizing {
         }
         let climbing = (8.0 * radius * CHORD * thickness).sqrt();
         let least = SHORTEST_AT_STEPS * self.shortest / SHORTEST * thickness;
-        (EVENNESS * climbing.max(least)).min(self.target)
+        (EVENNESS * climbing.max(least))
+            .max(self.least)
+            .min(self.target)
     }
 
     /// The same with bends followed less finely, as far as the triangles would be too many; `radius(point, wall)` tells the bends, mm, as
@@ -139,6 +149,37 @@ impl Sizing {
             }
         }
         with(high)
+    }
+
+    /// The same with the shortest edges made so long that a complex does not ask for too many triangles: `asked` holds the area of each of its triangles, mm², and the edge
+    /// length wanted there, mm.
+    #[must_use]
+    pub fn afforded(self, asked: &[(f64, f64)]) -> Self {
+        let equilateral = 3f64.sqrt() / 4.0;
+        let count = |least: f64| -> f64 {
+            asked
+                .iter()
+                .map(|(area, size)| area / (equilateral * size.max(least).powi(2)))
+                .sum()
+        };
+        let most = MOST_ASKED * count(self.target).max(MOST_TRIANGLES);
+        if count(0.0) <= most {
+            return self;
+        }
+        // The count falls with the length, and with the target it is few enough.
+        let (mut low, mut high) = (0.0, self.target);
+        for _ in 0..LEAST_HALVINGS {
+            let middle = (low + high) / 2.0;
+            if count(middle) <= most {
+                high = middle;
+            } else {
+                low = middle;
+            }
+        }
+        Self {
+            least: high,
+            ..self
+        }
     }
 
     /// Edges shorter than this are specks where edges of `size` are wanted, mm.

@@ -68,6 +68,7 @@ fn on_curves_the_chord_stays_near_or_the_turn_is_divided() {
         target: 10.0,
         per_turn,
         shortest: SHORTEST,
+        least: 0.0,
     };
     // The sagitta of a chord h on radius R is h²/8R to first order.
     let h = sizing(None).at(50.0, 2.0) / EVENNESS;
@@ -86,6 +87,7 @@ fn at_a_step_edges_are_shorter_than_in_a_bend_of_that_radius() {
         target: 10.0,
         per_turn,
         shortest,
+        least: 0.0,
     };
     let own = with(None, SHORTEST);
     // The parabola's radius is twice its distance from the inner edge, about the thickness.
@@ -148,9 +150,36 @@ fn an_eased_quarter_turn_has_two_edges_where_that_is_no_shorter_than_the_least()
         target: 10.0,
         per_turn: None,
         shortest: EASED,
+        least: 0.0,
     };
     let quarter = 0.8 * std::f64::consts::FRAC_PI_2;
     assert!(eased.at(0.8, 1.0) <= EVENNESS * quarter / 2.0 + 1e-12);
     assert_eq!(eased.at(0.1, 1.0), EVENNESS * SHORTEST);
     assert_eq!(eased.at(2.0, 1.0), EVENNESS * EASED);
+}
+
+#[test]
+fn what_asks_for_too_many_triangles_gets_longer_edges_there_and_nowhere_else() {
+    let sizing = Sizing {
+        target: 1.0,
+        per_turn: None,
+        shortest: SHORTEST,
+        least: 0.0,
+    };
+    // A hundredth of the part asks for edges of a hundredth: the most that may come of it are three times the finest default.
+    let most = MOST_ASKED * MOST_TRIANGLES;
+    let equilateral = 3f64.sqrt() / 4.0;
+    let (flat, thread) = (9900.0, 100.0);
+    let found = sizing.afforded(&[(flat, 1.0), (thread, 0.01)]);
+    let exact = (thread / (equilateral * most - flat)).sqrt();
+    assert!(
+        (exact..exact + 2e-3).contains(&found.least),
+        "{}",
+        found.least
+    );
+    assert_eq!(found.at(1e-6, 1e-3), found.least);
+    assert_eq!(found.at(1e9, 1.0), 1.0);
+    // Where there is room nothing changes, and a part that is large at its own size is left alone.
+    assert_eq!(sizing.afforded(&[(flat, 1.0), (thread, 0.1)]), sizing);
+    assert_eq!(sizing.afforded(&[(1e6, 1.0)]), sizing);
 }
