@@ -5,10 +5,12 @@
 //! curve and put back onto it, which brings them into order; then the nodes of turned triangles to the middle of their neighbours, until none is turned.
 //!
 //! Guarantees: topology and supports untouched; corners stay; nodes lie on their supports as exactly as before. Exception: where supports
-//! say nothing along a curve (a rim inside a lump), it is smoothed like a string.
+//! say nothing along a curve (a rim inside a lump), it is smoothed like a string, and a closed one is held open ([`Strings`]).
 //! Cost: a few placings a curve node; for sheet nodes only near turned triangles.
 //!
 //! Reference: W. T. Tutte, How to draw a graph, Proc. LMS 13 (1963), doi:10.1112/plms/s3-13.1.743: nodes in the middle of their neighbours do not cross.
+
+mod strings;
 
 use crate::geom::orient::{orient, turned};
 use crate::geom::placer::Placer;
@@ -17,6 +19,7 @@ use crate::model::ids::{IndexVec, NodeId, TriangleId};
 use glam::DVec3;
 use rayon::prelude::*;
 use smallvec::SmallVec;
+use strings::Strings;
 
 /// Rounds for curves: a node that lies two places off needs two; more only spread the spacing.
 const CURVE_ROUNDS: usize = 6;
@@ -40,8 +43,10 @@ pub fn fair(mut complex: MidComplex, placer: &dyn Placer) -> (MidComplex, FairSt
     orient(&mut complex, placer);
     let net = Net::new(&complex);
     let before = complex.clone();
+    let strings = Strings::new(&complex, &net);
     for _ in 0..CURVE_ROUNDS {
         relax(&mut complex, &net.curve_nodes, &net.along, placer);
+        strings.reopen(&mut complex, placer);
     }
     let stats = untangle(&mut complex, &net, placer);
     settle(&mut complex, &before, placer);
