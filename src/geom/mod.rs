@@ -7,6 +7,7 @@ pub mod placer;
 pub mod planes;
 pub mod quality;
 pub mod random;
+pub mod rim_loops;
 pub mod six_node;
 pub mod snap;
 pub mod triangle;

@@ -6,6 +6,7 @@
 //! the dual one, up to collapses inside a single wall. Junction curves, creases and rims come out as edges of it.
 
 use crate::geom::placer::Placer;
+use crate::geom::rim_loops::open_shut;
 use crate::medial::Medial;
 use crate::model::brep::Brep;
 use crate::model::complex::{MidComplex, MidNode, MidTriangle, Support, Supports};
@@ -165,13 +166,15 @@ pub fn extract(
     builder.finish(pairing, medial)
 }
 
-/// Puts every node onto its supports.
+/// Puts every node onto its supports, but for those that would shut a hole.
 pub fn place(mut complex: MidComplex, medial: &dyn Placer) -> MidComplex {
+    let before = complex.nodes.iter().map(|n| n.point).collect();
     complex
         .nodes
         .as_mut_slice()
         .par_iter_mut()
         .for_each(|n| n.point = medial.place(n.point, &n.supports));
+    open_shut(&mut complex, &before, medial);
     complex
 }
 

@@ -4,7 +4,7 @@
 //! have changed places, and beside it a small triangle may lie the other way round. Here curve nodes are moved to the middle between their two neighbours on the
 //! curve and put back onto it, which brings them into order; then the nodes of turned triangles to the middle of their neighbours, until none is turned.
 //!
-//! Guarantees: topology and supports untouched; corners stay; nodes lie on their supports as exactly as before. Exception: where supports
+//! Guarantees: topology untouched, and supports but those that shut a closed rim; corners stay; nodes lie on their supports as exactly as before. Exception: where supports
 //! say nothing along a curve (a rim inside a lump), it is smoothed like a string, and a closed one is held open ([`Strings`]).
 //! Cost: a few placings a curve node; for sheet nodes only near turned triangles.
 //!
@@ -14,6 +14,7 @@ mod strings;
 
 use crate::geom::orient::{orient, turned};
 use crate::geom::placer::Placer;
+use crate::geom::rim_loops::open_shut;
 use crate::model::complex::{EdgeKind, MidComplex, ends};
 use crate::model::ids::{IndexVec, NodeId, TriangleId};
 use glam::DVec3;
@@ -48,6 +49,8 @@ pub fn fair(mut complex: MidComplex, placer: &dyn Placer) -> (MidComplex, FairSt
         relax(&mut complex, &net.curve_nodes, &net.along, placer);
         strings.reopen(&mut complex, placer);
     }
+    let then = before.nodes.iter().map(|n| n.point).collect();
+    open_shut(&mut complex, &then, placer);
     let stats = untangle(&mut complex, &net, placer);
     settle(&mut complex, &before, placer);
     (complex, stats)
