@@ -8,9 +8,9 @@ use crate::model::length_unit::{LengthUnit, UnknownUnit};
 use std::path::PathBuf;
 use std::time::Duration;
 
-/// Longest that import may take over all its attempts. Parts that gmsh can fill take seconds; fTetWild, the last resort, takes up to half a minute
-/// after gmsh has given up.
-/// So a refusal comes within a minute.
+/// Longest that import may take over all its attempts, of processor time. Parts that gmsh can fill take seconds; fTetWild, the last resort, takes up to half
+/// a minute after gmsh has given up.
+/// So on a machine that has a core to spare a refusal comes within a minute; a busy one needs longer, but says the same.
 const TIME_LIMIT: Duration = Duration::from_secs(58);
 
 /// The choices of one run.
@@ -26,7 +26,7 @@ pub struct MeshOptions {
     pub unit: Option<LengthUnit>,
     /// The gmsh command. None: the importer looks for one.
     pub gmsh: Option<PathBuf>,
-    /// Longest that import may take over all its attempts.
+    /// Longest that import may take over all its attempts, of processor time; four times as long by the clock.
     pub time_limit: Duration,
     /// A folder for the result of every stage, to look into a run that went wrong. None: nothing is kept.
     pub dump: Option<PathBuf>,

@@ -55,7 +55,7 @@ pub struct SourceArgs {
     pub unit: Option<String>,
     #[command(flatten)]
     pub tool: ToolArgs,
-    /// Longest that the import may take, in seconds [default: 58]
+    /// Longest that the import may take, in seconds of processor time; four times as long by the clock [default: 58]
     #[arg(long, value_name = "SECONDS", allow_hyphen_values = true, value_parser = seconds)]
     pub time_limit: Option<Duration>,
     /// Threads to work with [default: one a core]
@@ -230,7 +230,7 @@ mod tests {
             .render_long_help()
             .to_string();
         assert!(help.contains(&format!("[default: {}]", defaults.element)));
-        let limit = format!("in seconds [default: {}]", defaults.time_limit.as_secs());
+        let limit = format!("by the clock [default: {}]", defaults.time_limit.as_secs());
         assert!(help.contains(&limit), "{limit} not in\n{help}");
         let unit = format!("names none [default: {}]", LengthUnit::default());
         assert!(help.contains(&unit), "{unit} not in\n{help}");

@@ -114,7 +114,7 @@ pub enum ImportError {
         lines: Vec<String>,
     },
     /// The time limit over all attempts ran out; what ran was killed.
-    #[error("{} could not be meshed within {:.0} s ({})", path.display(), limit.as_secs_f64(), attempts.join("; "))]
+    #[error("{} could not be meshed within {:.0} s of processor time ({})", path.display(), limit.as_secs_f64(), attempts.join("; "))]
     TimedOut {
         /// The input.
         path: PathBuf,

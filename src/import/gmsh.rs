@@ -15,6 +15,7 @@ use std::time::Duration;
 
 use super::error::ImportError;
 use super::process::{self, Ended, Limits, Run};
+use super::spent::BACKSTOP;
 
 /// Starts the wheel's library without NumPy and without the user's options; on Linux it ends with its parent.
 const BOOTSTRAP: &str = "\
@@ -29,8 +30,8 @@ gmsh.initialize(['gmsh'] + sys.argv[1:], readConfigFiles=False, run=True)
 gmsh.finalize()
 ";
 
-/// Long enough for a cold disk; a gmsh that needs longer to say its version hangs.
-const VERSION_LIMIT: Duration = Duration::from_secs(30);
+/// Of processor time; by the clock it is long enough for a cold disk, and a gmsh that needs longer to say its version hangs.
+const VERSION_LIMIT: Duration = Duration::from_secs(8);
 
 /// A gmsh that starts.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -81,7 +82,7 @@ pub fn find_gmsh(explicit: Option<&Path>) -> Result<Gmsh, ImportError> {
         }),
         (Ended::TimedOut, _) => Err(unusable(vec![format!(
             "no answer within {} s",
-            VERSION_LIMIT.as_secs()
+            (VERSION_LIMIT * BACKSTOP).as_secs()
         )])),
         _ => Err(unusable(run.last_words())),
     }

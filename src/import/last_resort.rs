@@ -2,8 +2,6 @@
 //!
 //! Guarantee: what comes back has the volume of the CAD solid within half a percent. Limits: see [`relabel`](super::relabel).
 
-use std::time::Instant;
-
 use super::error::NO_TETWILD;
 use super::process::Ended;
 use super::relabel::relabel;
@@ -24,7 +22,6 @@ const MOST_FACETS: usize = 150_000;
 pub(super) fn try_it(
     job: &Job<'_>,
     facts: Facts,
-    deadline: Instant,
     attempts: &mut Vec<String>,
     tell: &mut dyn FnMut(&str),
 ) -> Result<Option<Imported>, ImportError> {
@@ -40,7 +37,7 @@ pub(super) fn try_it(
         }
     };
     for attempt in &SURFACES {
-        let left = deadline.saturating_duration_since(Instant::now());
+        let left = job.budget.left();
         if left.is_zero() {
             attempts.push(format!("{}: out of time", attempt.name));
             break;
@@ -53,7 +50,7 @@ pub(super) fn try_it(
             Ended::TimedOut => Err("out of time in the surface".to_owned()),
             Ended::Exit(_) => {
                 let solids = SolidFacts::in_log(&run.log);
-                fill_all(job, &tool, &solids, deadline).map_err(|e| e.to_string())
+                fill_all(job, &tool, &solids).map_err(|e| e.to_string())
             }
         };
         match found {
@@ -76,12 +73,7 @@ pub(super) fn try_it(
     Ok(None)
 }
 
-fn fill_all(
-    job: &Job<'_>,
-    tool: &TetWild,
-    solids: &[SolidFacts],
-    deadline: Instant,
-) -> Result<Vec<Piece>, MeshFault> {
+fn fill_all(job: &Job<'_>, tool: &TetWild, solids: &[SolidFacts]) -> Result<Vec<Piece>, MeshFault> {
     let bytes = std::fs::read(job.folder.join(script::MESH))
         .map_err(|e| MeshFault::TetWild(TetWildError::Run(e.to_string())))?;
     let skins = skins(&msh::Msh::parse(&bytes)?)?;
@@ -90,7 +82,7 @@ fn fill_all(
         let facts = solids.iter().find(|s| s.tag == skin.solid_tag);
         let facts = facts.filter(|f| f.volume > 0.0 && f.area > 0.0);
         let facts = *facts.ok_or(MeshFault::Surface { facets: 0 })?;
-        pieces.push(fill_one(job, tool, skin, &facts, deadline)?);
+        pieces.push(fill_one(job, tool, skin, &facts)?);
     }
     Ok(pieces)
 }
@@ -100,7 +92,6 @@ fn fill_one(
     tool: &TetWild,
     skin: &Skin,
     facts: &SolidFacts,
-    deadline: Instant,
 ) -> Result<Piece, MeshFault> {
     let mut last = MeshFault::Surface { facets: 0 };
     for share in ENVELOPES {
@@ -114,10 +105,10 @@ fn fill_one(
         let options = FillOptions {
             edge_length: facts.size(job.options.size_factor),
             envelope,
-            time_limit: deadline.saturating_duration_since(Instant::now()),
+            time_limit: job.budget.left(),
             memory_limit: job.options.memory_limit,
         };
-        let filling = tetwild::fill(tool, &points, &triangles, &options)?;
+        let filling = tetwild::fill_counted(tool, &points, &triangles, &options, &job.budget)?;
         let piece = relabel(skin, &filling, envelope)?;
         match volume::fault(&piece, std::slice::from_ref(facts)) {
             None => return Ok(piece),

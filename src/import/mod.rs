@@ -7,7 +7,7 @@
 //! Guarantees: every piece is closed, outward oriented and filled, and its facets are exactly the boundary of its tets (see [`piece`]). The result
 //! depends on the file and the options only, not on how many threads this program uses, but for a part that only fTetWild fills: its fillings
 //! differ from run to run, which [`Imported::way`] tells. Nothing is left behind: all files live in a private temporary
-//! folder, and gmsh is killed when its time is over. What was tried in vain is told in [`Imported::attempts`].
+//! folder, and gmsh is killed when its time is over (processor time, see `spent.rs`). What was tried in vain is told in [`Imported::attempts`].
 //!
 //! Limits: made for gmsh 4.15; one too old for the script is refused with its own words. Gmsh cannot fill a part whose faces overlap or touch from two sides (a slit without
 //! width); that is left to fTetWild. Face names are known only where the file has them as physical groups, which gmsh makes of no STEP file.
@@ -27,11 +27,12 @@ mod process;
 mod relabel;
 mod script;
 mod skin;
+mod spent;
 pub mod tetwild;
 mod volume;
 
 use std::path::{Path, PathBuf};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 pub use error::{ImportError, MeshFault};
 pub use gmsh::{Gmsh, find_gmsh};
@@ -44,6 +45,7 @@ use gmsh::Launcher;
 use piece::PieceError;
 use process::{Ended, Limits, Run};
 use script::{ATTEMPTS, Attempt, Facts, SolidFacts};
+use spent::Budget;
 use volume::{Doubted, OUTVOTED};
 
 /// One solid: its boundary and the tets that fill it.
@@ -67,7 +69,7 @@ pub struct ImportOptions {
     pub unit: Option<LengthUnit>,
     /// Factor on the size of facets and tets; 1 is some three thicknesses.
     pub size_factor: f64,
-    /// Wall-clock limit over all attempts.
+    /// Longest that all attempts may take together, of processor time of the foreign programs; four times as long by the clock.
     pub time_limit: Duration,
     /// Threads of gmsh. More than one is faster, but the mesh depends on their number; one where none is given.
     pub threads: Option<usize>,
@@ -139,6 +141,7 @@ pub fn import_cad_told(
         launcher,
         options,
         folder: folder.path(),
+        budget: Budget::new(options.time_limit),
     };
     job.bring_input()?;
     let mut imported = job.run(tell)?;
@@ -190,7 +193,7 @@ impl Failure {
     }
 }
 
-/// Share of the time limit that one run of gmsh may take. Of 61 real parts that gmsh fills, the largest took 23 s on a busy machine.
+/// Share of the time limit that one run of gmsh may take. Of 61 real parts that gmsh fills, the largest took 25 s on a busy machine.
 const ATTEMPT_SHARE: f64 = 0.5;
 /// Share of the time limit that all runs of gmsh may take; the rest is for fTetWild, which takes 10 to 30 s.
 const GMSH_SHARE: f64 = 0.6;
@@ -200,6 +203,7 @@ struct Job<'a> {
     launcher: Launcher,
     options: &'a ImportOptions,
     folder: &'a Path,
+    budget: Budget,
 }
 
 impl Job<'_> {
@@ -225,7 +229,6 @@ impl Job<'_> {
 
     fn run(&self, tell: &mut dyn FnMut(&str)) -> Result<Imported, ImportError> {
         let limit = self.options.time_limit;
-        let start = Instant::now();
         let mut attempts: Vec<String> = Vec::new();
         let mut facts = Facts::default();
         let mut last: Option<Failure> = None;
@@ -238,7 +241,7 @@ impl Job<'_> {
             {
                 continue;
             }
-            let left = limit.mul_f64(GMSH_SHARE).saturating_sub(start.elapsed());
+            let left = self.budget.left_of(GMSH_SHARE);
             if left.is_zero() {
                 break;
             }
@@ -299,9 +302,7 @@ impl Job<'_> {
             }
         }
         if facts.solids > 0 && !facts.is_open() {
-            let deadline = start + limit;
-            if let Some(imported) = last_resort::try_it(self, facts, deadline, &mut attempts, tell)?
-            {
+            if let Some(imported) = last_resort::try_it(self, facts, &mut attempts, tell)? {
                 return Ok(imported);
             }
         }
@@ -333,7 +334,8 @@ impl Job<'_> {
             _ => {}
         }
         let threads = self.options.threads.unwrap_or(1).max(1).to_string();
-        self.launcher
+        let run = self
+            .launcher
             .run(
                 self.folder,
                 &[script::SCRIPT, "-nt", &threads, "-"],
@@ -345,11 +347,13 @@ impl Job<'_> {
             .map_err(|cause| ImportError::GmshUnusable {
                 gmsh: self.launcher.path.clone(),
                 lines: vec![cause.to_string()],
-            })
+            })?;
+        self.budget.charge(run.spent);
+        Ok(run)
     }
 
     fn read(&self, run: Run) -> Result<Vec<Piece>, Failure> {
-        let Run { ended, log } = run;
+        let Run { ended, log, .. } = run;
         let bytes = std::fs::read(self.folder.join(script::MESH));
         let Ended::Exit(status) = ended else {
             return Err(Failure::Time { log });

@@ -1,20 +1,23 @@
 //! Running one foreign program to its end or to a limit of time, with a limit on its memory.
 //!
-//! Guarantees: the program is killed, with all that it started, when the time is over. What it writes goes through a file, so that no pipe fills up.
-//! Limits: the memory limit, the limit on processor time and the killing of what the program itself started need a Unix.
+//! Guarantees: the program is killed, with all that it started, when its time is over. Time is processor time, so that a busy machine does not change
+//! the result, or a [`BACKSTOP`](super::spent::BACKSTOP)th of that on the clock where this is more. What it writes goes through a file, so that no pipe fills up.
+//! Limits: the memory limit and the killing of what the program itself started need a Unix. Where the system has no `/proc` only a process's own limit
+//! knows processor time, and the clock counts in full.
 
 use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 use std::process::{Child, Command, ExitStatus, Stdio};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use super::gmsh::error_lines;
+use super::spent::Meter;
 
 /// What a run may use.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Limits {
-    /// By the clock.
+    /// Of processor time, of the program and all that it starts; [`BACKSTOP`](super::spent::BACKSTOP) times as long by the clock.
     pub(super) time: Duration,
     /// Address space, bytes (Unix only); unlimited where none is given.
     pub(super) memory: Option<u64>,
@@ -31,6 +34,8 @@ pub(super) enum Ended {
 #[derive(Debug)]
 pub(super) struct Run {
     pub(super) ended: Ended,
+    /// The time that counts towards a limit.
+    pub(super) spent: Duration,
     pub(super) log: String,
 }
 
@@ -52,9 +57,10 @@ fn limited(program: &Path, limits: Limits) -> Command {
     if !cfg!(unix) {
         return Command::new(program);
     }
-    // Processor time of a few threads may run ahead of the clock: this is a last resort, not the limit.
-    let seconds = 4 * limits.time.as_secs() + 60;
-    let mut script = format!("ulimit -c 0; ulimit -t {seconds};");
+    // Two seconds more than the limit, so that the watching process comes first. The softer of both tells its signal from that of a lack of memory.
+    let seconds = limits.time.as_secs() + 2;
+    let hard = seconds + 5;
+    let mut script = format!("ulimit -c 0; ulimit -S -t {seconds}; ulimit -H -t {hard};");
     if let Some(bytes) = limits.memory {
         script += &format!("ulimit -v {};", bytes / 1024);
     }
@@ -90,12 +96,13 @@ pub(super) fn run(
     #[cfg(unix)]
     std::os::unix::process::CommandExt::process_group(&mut command, 0);
     let mut child = KilledOnDrop(command.spawn()?);
-    let ended = child.wait(limits.time)?;
+    let (ended, spent) = child.wait(limits.time)?;
     drop(child);
     let mut bytes = Vec::new();
     File::open(&log_path)?.read_to_end(&mut bytes)?;
     Ok(Run {
         ended,
+        spent,
         log: String::from_utf8_lossy(&bytes).into_owned(),
     })
 }
@@ -104,21 +111,37 @@ pub(super) fn run(
 struct KilledOnDrop(Child);
 
 impl KilledOnDrop {
-    fn wait(&mut self, limit: Duration) -> std::io::Result<Ended> {
-        let start = Instant::now();
+    fn wait(&mut self, limit: Duration) -> std::io::Result<(Ended, Duration)> {
+        let mut meter = Meter::of(self.0.id());
         let mut pause = Duration::from_millis(2);
         loop {
             if let Some(status) = self.0.try_wait()? {
-                return Ok(Ended::Exit(status));
+                let ended = if over_its_own_limit(status) {
+                    Ended::TimedOut
+                } else {
+                    Ended::Exit(status)
+                };
+                return Ok((ended, meter.spent()));
             }
-            let left = limit.saturating_sub(start.elapsed());
+            let left = limit.saturating_sub(meter.read());
             if left.is_zero() {
-                return Ok(Ended::TimedOut);
+                return Ok((Ended::TimedOut, limit));
             }
             std::thread::sleep(pause.min(left));
             pause = (pause * 2).min(Duration::from_millis(20));
         }
     }
+}
+
+/// Whether the system ended it for its processor time: then this process was too slow to see it, or cannot.
+fn over_its_own_limit(status: ExitStatus) -> bool {
+    /// `SIGXCPU`, which has this number on Linux, the BSDs and macOS.
+    #[cfg(unix)]
+    const SIGXCPU: i32 = 24;
+    #[cfg(unix)]
+    return std::os::unix::process::ExitStatusExt::signal(&status) == Some(SIGXCPU);
+    #[cfg(not(unix))]
+    return false;
 }
 
 impl Drop for KilledOnDrop {

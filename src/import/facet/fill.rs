@@ -4,12 +4,12 @@
 
 use std::fmt::Write as _;
 use std::path::Path;
-use std::time::Duration;
 
 use super::soup::Soup;
 use crate::import::gmsh::{self, Launcher};
 use crate::import::msh::Msh;
 use crate::import::process::{Ended, Limits};
+use crate::import::spent::Budget;
 use crate::model::disjoint::Disjoint;
 
 const INPUT: &str = "facets.msh";
@@ -45,7 +45,7 @@ impl Filler<'_> {
         facets: &Soup,
         size: f64,
         mesher: u32,
-        limit: Duration,
+        budget: &Budget,
     ) -> Result<(Msh, String), FillFault> {
         let io = |e: std::io::Error| FillFault::Failed(vec![e.to_string()]);
         let unit = unit(facets);
@@ -67,11 +67,12 @@ impl Filler<'_> {
                 self.folder,
                 &[SCRIPT, "-nt", &threads, "-"],
                 Limits {
-                    time: limit,
+                    time: budget.left(),
                     memory: self.memory_limit,
                 },
             )
             .map_err(|e| FillFault::Unusable(vec![e.to_string()]))?;
+        budget.charge(run.spent);
         let Ended::Exit(status) = run.ended else {
             return Err(FillFault::TimedOut);
         };

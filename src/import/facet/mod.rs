@@ -23,12 +23,12 @@ pub mod weld;
 
 use std::f64::consts::TAU;
 use std::path::Path;
-use std::time::Instant;
 
 use super::error::{ImportError, MeshFault};
 use super::gmsh::Launcher;
 use super::msh::Msh;
 use super::relabel::relabel;
+use super::spent::Budget;
 use super::tetwild::{self, FillOptions};
 use super::{ImportOptions, Imported, Piece, piece};
 use fill::{DELAUNAY, FillFault, Filler, HXT};
@@ -89,7 +89,6 @@ pub(super) fn import_facets(
     options: &ImportOptions,
     tell: &mut dyn FnMut(&str),
 ) -> Result<Imported, ImportError> {
-    let start = Instant::now();
     let launcher = Launcher::find(options.gmsh.as_deref())?;
     let bytes = std::fs::read(path).map_err(|cause| ImportError::Unreadable {
         path: path.to_path_buf(),
@@ -138,7 +137,7 @@ pub(super) fn import_facets(
             threads: options.threads.unwrap_or(1),
             memory_limit: options.memory_limit,
         },
-        start,
+        budget: Budget::new(options.time_limit),
     };
     let mut imported = Imported {
         notes,
@@ -163,7 +162,7 @@ struct Job<'a> {
     path: &'a Path,
     options: &'a ImportOptions,
     filler: Filler<'a>,
-    start: Instant,
+    budget: Budget,
 }
 
 impl Job<'_> {
@@ -183,8 +182,7 @@ impl Job<'_> {
                 (surface, _) = of(false);
             }
             tell(name);
-            let left = self.options.time_limit.saturating_sub(self.start.elapsed());
-            match self.filler.fill(&surface.soup, size, mesher, left) {
+            match self.filler.fill(&surface.soup, size, mesher, &self.budget) {
                 Ok((msh, version)) => {
                     imported.gmsh_version = version;
                     imported.way = format!("facets, {name}");
@@ -244,11 +242,12 @@ impl Job<'_> {
         let options = FillOptions {
             edge_length: size,
             envelope,
-            time_limit: self.options.time_limit.saturating_sub(self.start.elapsed()),
+            time_limit: self.budget.left(),
             memory_limit: self.options.memory_limit,
         };
         let soup = &surface.soup;
-        let filling = tetwild::fill(&tool, &soup.points, &soup.triangles, &options)?;
+        let filling =
+            tetwild::fill_counted(&tool, &soup.points, &soup.triangles, &options, &self.budget)?;
         let skin = assemble::skin(surface, tag, faces, curves);
         let piece = relabel(&skin, &filling, envelope)?;
         Ok((
