@@ -285,8 +285,14 @@ impl<'a> Medial<'a> {
             let flat = nearest_on_triangle(other.corners(), p);
             let away = flat.distance(p);
             if away <= reach + other.sag() && away - BULGE * other.sag() <= distance {
-                let foot = self.foot_on(f, p, flat);
-                if foot.point.distance_squared(p) < nearest.point.distance_squared(p) {
+                let least = nearest.point.distance_squared(p);
+                let (point, normal) = other.nearest_within(p, flat, least);
+                if point.distance_squared(p) < least {
+                    let foot = Foot {
+                        point,
+                        normal,
+                        facet: f,
+                    };
                     nearest = foot;
                     distance = foot.point.distance(p);
                 }

@@ -337,6 +337,8 @@ impl TriangleBvh {
     pub fn inside(&self, p: DVec3) -> bool {
         let mut votes = 0;
         for direction in PARITY_DIRECTIONS {
+            // Outward the way is shorter.
+            let direction = direction * (p - self.centre).dot(direction).signum();
             let (mut crossings, mut sure) = (0, true);
             self.along(p, direction, AHEAD, |_, hit| {
                 crossings += 1;

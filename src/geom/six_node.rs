@@ -136,7 +136,8 @@ impl QuadraticTriangle {
     /// Parameters of the point that is nearest to `p`, from a start inside the triangle.
     pub fn nearest(&self, p: DVec3, start: DVec2) -> DVec2 {
         let sags = [0, 1, 2].map(|k| self.sag(k));
-        nearest_parameters(&self.polynomial(), &self.corners, &sags, p, start)
+        let any = f64::INFINITY;
+        nearest_parameters(&self.polynomial(), &self.corners, &sags, p, start, any)
     }
 
     fn polynomial(&self) -> Polynomial {
@@ -164,13 +165,15 @@ fn unit_normal(q: &Polynomial, corners: &[DVec3; 3], w: DVec2) -> DVec3 {
     }
 }
 
-/// See [`QuadraticTriangle::nearest`]. `sags`: how far each side's mid-side point lies off its middle.
+/// See [`QuadraticTriangle::nearest`]. `sags`: how far each side's mid-side point lies off its middle. What is further than the square root of `most` need
+/// not be the nearest.
 fn nearest_parameters(
     q: &Polynomial,
     corners: &[DVec3; 3],
     sags: &[f64; 3],
     p: DVec3,
     start: DVec2,
+    most: f64,
 ) -> DVec2 {
     let distance = |w: DVec2| q.at(w).distance_squared(p);
     let mut best = (distance(start), start);
@@ -186,7 +189,7 @@ fn nearest_parameters(
         // No point of a side is further from its chord than its sag, so that a chord far off leaves the side out.
         let chord = nearest_on_segment(corners[k], corners[(k + 1) % 3], p).distance(p);
         let least = chord - sags[k];
-        if least > 0.0 && least * least > best.0 * ROUNDING {
+        if least > 0.0 && least * least > best.0.min(most) * ROUNDING {
             continue;
         }
         let (a, b) = (corner[k], corner[(k + 1) % 3]);

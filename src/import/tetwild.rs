@@ -24,7 +24,7 @@ use super::spent::Budget;
 pub const INSTALL: &str = "python3 -m venv .venv && .venv/bin/pip install pytetwild pyvista==0.4.2, or name a Python that has it with MIDSHELL_PYTHON";
 
 /// Of processor time; by the clock it is long enough for a cold disk.
-const IMPORT_LIMIT: Duration = Duration::from_secs(8);
+const IMPORT_LIMIT: Duration = Duration::from_secs(15);
 
 /// Reads `in.bin` (two counts, points, triangles), writes `out.bin` (two counts, points, tets). On Linux it ends with its parent.
 const PROGRAM: &str = "\

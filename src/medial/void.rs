@@ -47,7 +47,7 @@ impl Material {
     /// For a place outside by more than `slack`: the nearest one that is as far inside.
     fn held(&self, p: DVec3, slack: f64) -> Option<DVec3> {
         let boundary = &self.skin.bvh;
-        if boundary.nearest_within(p, slack).is_some() || boundary.inside(p) {
+        if boundary.any_within(p, slack).is_some() || boundary.inside(p) {
             return None;
         }
         let near = boundary.nearest(p)?;
@@ -69,12 +69,16 @@ impl Medial<'_> {
             };
             let near = NEAR * self.thickness[wall];
             slack = slack.max(near);
-            let over = self.sides[wall].iter().any(|side| match side.plane {
-                Some(plane) => {
+            let over = (0..2).any(|k| match self.sides[wall][k] {
+                Surface {
+                    plane: Some(plane),
+                    ref bvh,
+                    ..
+                } => {
                     let below = p + plane.normal * plane.depth(p);
-                    side.bvh.any_within(below, near).is_some()
+                    bvh.any_within(below, near).is_some()
                 }
-                None => (self.foot(side, p, &mut None)).is_some_and(|f| f.beyond(p) <= near),
+                _ => (self.side_foot(wall, k, p, &mut None)).is_some_and(|f| f.beyond(p) <= near),
             });
             if over {
                 return p;

@@ -73,11 +73,17 @@ impl ReadyFacet {
     /// The nearest point to `p` and the unit normal there. `flat`: the nearest point of its flat triangle.
     #[inline]
     pub fn nearest(&self, p: DVec3, flat: DVec3) -> (DVec3, DVec3) {
+        self.nearest_within(p, flat, f64::INFINITY)
+    }
+
+    /// The same, but where the nearest point is further away than the square root of `most` it may be any other that is.
+    #[inline]
+    pub fn nearest_within(&self, p: DVec3, flat: DVec3, most: f64) -> (DVec3, DVec3) {
         if self.sag == 0.0 {
             return (flat, self.flat_normal);
         }
         let start = flat_parameters(self.corners, flat);
-        let w = nearest_parameters(&self.curved, &self.corners, &self.sags, p, start);
+        let w = nearest_parameters(&self.curved, &self.corners, &self.sags, p, start, most);
         (
             self.curved.at(w),
             unit_normal(&self.curved, &self.corners, w),

@@ -10,6 +10,7 @@ use super::surface::{Surface, key};
 use crate::geom::placer::Placer;
 use crate::model::disjoint::Disjoint;
 use crate::model::ids::NodeId;
+use rayon::prelude::*;
 
 /// Nodes nearer than this share of the thickness are in one place: a hundred times what placing leaves of a distance, and far below what is drawn.
 pub(super) const ONE_PLACE: f64 = 0.005;
@@ -22,7 +23,7 @@ pub(super) fn merge_coincident(surface: &mut Surface, placer: &dyn Placer) {
         let mut merged = false;
         let mut short: Vec<(u64, NodeId, NodeId)> = surface
             .edges()
-            .into_iter()
+            .into_par_iter()
             .filter(|&[a, b]| is_dust(surface, a, b, placer))
             .map(|[a, b]| (key(surface.length(a, b)), a, b))
             .collect();

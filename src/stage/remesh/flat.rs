@@ -15,6 +15,7 @@ use crate::geom::placer::Placer;
 use crate::model::complex::MidComplex;
 use crate::model::disjoint::Disjoint;
 use crate::model::ids::{NodeId, TriangleId};
+use rayon::prelude::*;
 use std::collections::BinaryHeap;
 
 /// Rounds of contracting edges and taking caps; either makes work for the other.
@@ -41,9 +42,11 @@ pub(super) fn remove_flat(surface: &mut Surface, placer: &dyn Placer) {
 
 /// Takes caps, that of the longest side first: so no side that went comes back, and a pile of flat triangles comes to an end. How many.
 fn take_caps(surface: &mut Surface, placer: &dyn Placer) -> usize {
-    let mut heap: BinaryHeap<(u64, TriangleId)> = (surface.live_triangles())
-        .filter_map(|t| Some((cap(surface, t, placer)?.length, t)))
+    let all: Vec<TriangleId> = surface.live_triangles().collect();
+    let caps: Vec<(u64, TriangleId)> = (all.par_iter())
+        .filter_map(|&t| Some((cap(surface, t, placer)?.length, t)))
         .collect();
+    let mut heap = BinaryHeap::from(caps);
     let mut left = STEPS * heap.len();
     let mut taken = 0;
     while let Some((length, t)) = heap.pop() {

@@ -50,6 +50,7 @@ mod strips;
 mod surface;
 #[cfg(test)]
 mod tests;
+mod tried;
 mod unfold;
 mod zip;
 

@@ -369,7 +369,7 @@ mod tests {
         let part = Part::new(&surface, all, count);
         let mut kinds = [0; 4];
         for t in part.bad() {
-            for step in steps(&surface, t, &Stay) {
+            for step in steps(&surface, t, &Stay, &|_| true) {
                 let mut done = surface.clone();
                 apply(&mut done, &step);
                 assert_eq!(part.after(&surface, &step), whole(&done), "{step:?}");

@@ -19,6 +19,8 @@ use glam::DVec3;
 
 /// Discs reach so many triangles from the fold: three rings of nodes.
 const REACH: usize = 9;
+/// Rings of triangles that are read: the largest disc, a ring that is judged, its neighbours and their stars.
+pub(super) const READ: usize = REACH + 3;
 /// Longer borders are not filled: more than what three rings have, and it bounds the cost.
 const LONGEST: usize = 60;
 /// How far the middle of a new edge may lie from the mid-surface, as a share of the thickness: an R-error of half of the limit.

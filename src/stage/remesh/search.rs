@@ -24,6 +24,8 @@ use rayon::prelude::*;
 
 /// Rings of the patch. The outermost is only looked at by its neighbours, the next two are judged, nodes within the others may move.
 const RINGS: usize = 5;
+/// Rings of triangles that are read: the patch and the stars of its nodes.
+pub(super) const READ: usize = RINGS + 2;
 /// Steps in a row, at most: bounds the cost.
 const DEPTH: usize = 4;
 /// States that are followed at a time: bounds the cost.
@@ -172,9 +174,9 @@ impl Patch {
         if !self.judged[t.index()] {
             return Vec::new();
         }
-        let mut all = steps(surface, t, placer);
+        let mut all = steps(surface, t, placer, &|n| self.is_free(n));
         all.extend(mergers(surface, t, placer));
-        all.extend(single_moves(surface, t, placer));
+        all.extend(single_moves(surface, t, placer, &|n| self.is_free(n)));
         all.retain(|step| match step {
             Step::Move(places) => places.iter().all(|(n, _)| self.is_free(*n)),
             Step::Flip([a, b], [s, u]) => {
@@ -209,7 +211,12 @@ impl Patch {
 }
 
 /// Moves of one node of the triangle or of a triangle beside it: towards each neighbour or away from it on its supports; on a curve a nudge as well.
-fn single_moves(surface: &Surface, t: TriangleId, placer: &dyn Placer) -> Vec<Step> {
+fn single_moves(
+    surface: &Surface,
+    t: TriangleId,
+    placer: &dyn Placer,
+    may_move: &dyn Fn(NodeId) -> bool,
+) -> Vec<Step> {
     let mut moving: Vec<NodeId> = surface.triangle(t).nodes.to_vec();
     let own = surface.triangle(t).nodes;
     for k in 0..3 {
@@ -219,7 +226,7 @@ fn single_moves(surface: &Surface, t: TriangleId, placer: &dyn Placer) -> Vec<St
     moving.sort_unstable();
     moving.dedup();
     let mut all = Vec::new();
-    for n in moving {
+    for n in moving.into_iter().filter(|n| may_move(*n)) {
         let p = surface.points[n];
         let curve = surface.feature_neighbours(n);
         let slides = match curve.len() {

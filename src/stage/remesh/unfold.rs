@@ -13,20 +13,24 @@ use super::cones::{Cone, cones};
 use super::dust::keeps_together;
 use super::flat::{hinges, remove_flat};
 use super::rate::{FLAT, Part, Score};
-use super::refill::refill;
-use super::search::search;
+use super::refill::{READ as READ_BY_REFILL, refill};
+use super::search::{READ as READ_BY_SEARCH, search};
 use super::shape::{area_vector, distance_to_segment};
 use super::surface::Surface;
+use super::tried::Tried;
 use crate::geom::orient::orient;
 use crate::geom::placer::Placer;
 use crate::model::complex::{MidComplex, ends};
 use crate::model::ids::{NodeId, TriangleId};
 use glam::DVec3;
+use rayon::prelude::*;
 
 /// Passes; mending one place may open the way at the next.
 const PASSES: usize = 8;
 /// Rings of triangles that a step may change, with those whose neighbours it changes.
 const RINGS: usize = 4;
+/// What [`mend`] reads: those and the triangles beside them, with their nodes' stars.
+const READ_BY_MEND: usize = RINGS + 2;
 /// A step leaves no triangle worse than this (a needle of 1 : 40), unless there was a worse one.
 const LEAST_QUALITY: f64 = 0.05;
 /// Where a step leaves as many folds, these must become smaller by this share of the triangle to be mended.
@@ -37,7 +41,7 @@ const STRAIGHT: f64 = 0.1;
 const THIN: f64 = 0.1;
 /// Rows of steps are searched for where no more folds than this are left: it takes up to seconds a fold, and with many left the mesh stays doubted.
 const FEW: usize = 24;
-/// Steps of a relaxation, the number after which a star of nodes has settled.
+/// Steps of a relaxation, from one to the number after which a star of nodes has settled; rising.
 const RELAXATIONS: [usize; 3] = [1, 3, 8];
 
 /// A complex in which as many folds as possible are gone. Its triangles come out wound sheet by sheet.
@@ -45,13 +49,14 @@ pub fn unfold(mut complex: MidComplex, placer: &dyn Placer) -> MidComplex {
     orient(&mut complex, placer);
     let mut surface = Surface::new(complex);
     let pieces = surface.pieces();
+    let mut tried = Tried::default();
     for _ in 0..PASSES {
         let before = surface.clone();
-        let mut mended = pass(&mut surface, placer, None);
+        let mut mended = pass(&mut surface, placer, &mut tried, None);
         if surface.pieces() != pieces {
             // One step has parted sheets that met in a curve: only that one is to be left out.
             surface = before;
-            mended = pass(&mut surface, placer, Some(pieces));
+            mended = pass(&mut surface, placer, &mut tried, Some(pieces));
         }
         if !mended {
             break;
@@ -61,8 +66,13 @@ pub fn unfold(mut complex: MidComplex, placer: &dyn Placer) -> MidComplex {
 }
 
 /// One look at every fold; whether one was mended. Where a number of pieces is given, what changes it is taken back.
-fn pass(surface: &mut Surface, placer: &dyn Placer, pieces: Option<usize>) -> bool {
-    let attempt = |surface: &mut Surface, change: &dyn Fn(&mut Surface) -> bool| {
+fn pass(
+    surface: &mut Surface,
+    placer: &dyn Placer,
+    tried: &mut Tried,
+    pieces: Option<usize>,
+) -> bool {
+    let attempt = |surface: &mut Surface, change: &mut dyn FnMut(&mut Surface) -> bool| {
         let Some(pieces) = pieces else {
             return change(surface);
         };
@@ -74,7 +84,7 @@ fn pass(surface: &mut Surface, placer: &dyn Placer, pieces: Option<usize>) -> bo
         taken
     };
     // A fold that was pressed flat has become a cap.
-    attempt(surface, &|s| {
+    attempt(surface, &mut |s| {
         remove_flat(s, placer);
         true
     });
@@ -83,20 +93,26 @@ fn pass(surface: &mut Surface, placer: &dyn Placer, pieces: Option<usize>) -> bo
     let mut mended = false;
     for &t in &bad {
         if surface.lives(t) {
-            mended |= attempt(surface, &|s| mend(s, t, placer));
+            mended |= attempt(surface, &mut |s| {
+                tried.unless_in_vain(s, (t, READ_BY_MEND), |s| mend(s, t, placer))
+            });
         }
     }
     if !mended {
         for &t in &bad {
             if surface.lives(t) {
-                mended |= attempt(surface, &|s| refill(s, t, placer));
+                mended |= attempt(surface, &mut |s| {
+                    tried.unless_in_vain(s, (t, READ_BY_REFILL), |s| refill(s, t, placer))
+                });
             }
         }
     }
     if !mended && bad.len() <= FEW {
         for &t in &bad {
             if surface.lives(t) {
-                mended |= attempt(surface, &|s| search(s, t, placer));
+                mended |= attempt(surface, &mut |s| {
+                    tried.unless_in_vain(s, (t, READ_BY_SEARCH), |s| search(s, t, placer))
+                });
             }
         }
     }
@@ -123,9 +139,9 @@ fn mend(surface: &mut Surface, t: TriangleId, placer: &dyn Placer) -> bool {
     let own = area_vector(surface.corners(t)).length();
     let rated = |steps: Vec<Step>| -> Vec<(Score, Step)> {
         let rate = |step: Step| (part.after(surface, &step), step);
-        steps.into_iter().map(rate).collect()
+        steps.into_par_iter().map(rate).collect()
     };
-    let mut all = rated(steps(surface, t, placer));
+    let mut all = rated(steps(surface, t, placer, &|_| true));
     let gentle = best(&all, &|after| {
         let fewer = after.folds < before.folds
             || after.folds == before.folds && after.folded_area < before.folded_area - GAIN * own;
@@ -199,10 +215,14 @@ pub(super) fn mergers(surface: &Surface, t: TriangleId, placer: &dyn Placer) -> 
     steps
 }
 
-/// The steps that could mend a triangle and are allowed.
-pub(super) fn steps(surface: &Surface, t: TriangleId, placer: &dyn Placer) -> Vec<Step> {
+/// The steps that could mend a triangle and are allowed; of moves only those of nodes that `may_move`.
+pub(super) fn steps(
+    surface: &Surface,
+    t: TriangleId,
+    placer: &dyn Placer,
+    may_move: &(dyn Fn(NodeId) -> bool + Sync),
+) -> Vec<Step> {
     let nodes = surface.triangle(t).nodes;
-    let mut steps = Vec::new();
     let mut wide: Vec<NodeId> = nodes.to_vec();
     wide.extend(nodes.iter().flat_map(|&n| surface.neighbours(n)));
     wide.sort_unstable();
@@ -210,12 +230,13 @@ pub(super) fn steps(surface: &Surface, t: TriangleId, placer: &dyn Placer) -> Ve
     let mut widest: Vec<NodeId> = (wide.iter()).flat_map(|&n| surface.neighbours(n)).collect();
     widest.sort_unstable();
     widest.dedup();
-    let alone = wide.chunks(1);
-    for moving in alone.chain([&nodes[..], &wide, &widest]) {
-        for count in RELAXATIONS {
-            steps.extend(relaxed(surface, moving, count, placer).map(Step::Move));
-        }
-    }
+    let groups: Vec<&[NodeId]> = (wide.chunks(1))
+        .chain([&nodes[..], &wide, &widest])
+        .collect();
+    let moves: Vec<Vec<Step>> = (groups.par_iter().with_max_len(1))
+        .map(|moving| relaxed(surface, moving, placer, may_move))
+        .collect();
+    let mut steps = moves.concat();
     steps.extend(cones(surface, t).into_iter().map(Step::Cap));
     let mut edges: Vec<[NodeId; 2]> = (nodes.iter())
         .flat_map(|&n| (surface.neighbours(n).into_iter()).map(move |m| [n.min(m), n.max(m)]))
@@ -278,37 +299,47 @@ fn passes_by(surface: &Surface, n: NodeId, ends: [NodeId; 2], placer: &dyn Place
         || (surface.star(n).first().and_then(thin)).is_some_and(|d| sag <= THIN * d.abs())
 }
 
-/// Where the nodes come to lie after so many steps towards the middle of their neighbours.
+/// Moves of the nodes towards the middle of their neighbours, one after each of the numbers of steps.
 fn relaxed(
     surface: &Surface,
     moving: &[NodeId],
-    count: usize,
     placer: &dyn Placer,
-) -> Option<Vec<(NodeId, DVec3)>> {
+    may_move: &(dyn Fn(NodeId) -> bool + Sync),
+) -> Vec<Step> {
     let free: Vec<(NodeId, Vec<NodeId>)> = moving
         .iter()
         .map(|&n| (n, between(surface, n, placer)))
         .filter(|(_, near)| !near.is_empty())
         .collect();
+    if free.is_empty() || !free.iter().all(|(n, _)| may_move(*n)) {
+        return Vec::new();
+    }
     let mut places: Vec<DVec3> = free.iter().map(|&(n, _)| surface.points[n]).collect();
-    for _ in 0..count {
-        for i in 0..free.len() {
-            let (n, near) = &free[i];
-            let at = |m: &NodeId| {
-                let own = free.iter().position(|(f, _)| f == m);
-                own.map_or(surface.points[*m], |k| places[k])
-            };
-            let middle = near.iter().map(at).sum::<DVec3>() / near.len() as f64;
-            places[i] = placer.draw(middle, &surface.supports[*n]);
+    let mut moves = Vec::with_capacity(RELAXATIONS.len());
+    let mut done = 0;
+    for count in RELAXATIONS {
+        for _ in done..count {
+            for i in 0..free.len() {
+                let (n, near) = &free[i];
+                let at = |m: &NodeId| {
+                    let own = free.iter().position(|(f, _)| f == m);
+                    own.map_or(surface.points[*m], |k| places[k])
+                };
+                let middle = near.iter().map(at).sum::<DVec3>() / near.len() as f64;
+                places[i] = placer.draw(middle, &surface.supports[*n]);
+            }
+        }
+        done = count;
+        let settled: Vec<(NodeId, DVec3)> = free
+            .iter()
+            .zip(&places)
+            .map(|((n, _), p)| (*n, placer.place(*p, &surface.supports[*n])))
+            .collect();
+        if settled.iter().all(|(_, p)| p.is_finite()) {
+            moves.push(Step::Move(settled));
         }
     }
-    let settled: Vec<(NodeId, DVec3)> = free
-        .iter()
-        .zip(places)
-        .map(|((n, _), p)| (*n, placer.place(p, &surface.supports[*n])))
-        .collect();
-    let sound = !settled.is_empty() && settled.iter().all(|(_, p)| p.is_finite());
-    sound.then_some(settled)
+    moves
 }
 
 fn may_go(surface: &Surface, gone: NodeId, kept: NodeId, placer: &dyn Placer) -> bool {
