@@ -19,11 +19,16 @@ const FACING: f64 = 0.866;
 /// A rounding ends before the middle if it takes less than this share of the way across the wall. Half of it is a full round, and facets and drawings miss that by a few percent.
 const SHALLOW: f64 = 0.45;
 
+/// A foot this near to the end face, in edge lengths of its facet, lies on the edge with it: both faces have its nodes.
+const ENDED: f64 = 1e-6;
+
 /// The roundings of one side. Most sides have none.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Roundings {
     /// Each with a face of the side that it leads on from, sorted.
     before: Vec<[FaceId; 2]>,
+    /// Each with an end face that it leads over to, sorted.
+    after: Vec<[FaceId; 2]>,
 }
 
 impl Roundings {
@@ -43,15 +48,31 @@ impl Roundings {
             .collect();
         before.sort_unstable();
         before.dedup();
-        Self { before }
+        let mut after: Vec<[FaceId; 2]> = (before.chunk_by(|a, b| a[0] == b[0]))
+            .flat_map(|run| smooth(run[0][0]).map(|g| [run[0][0], g]))
+            .filter(|[_, g]| pairing.side[*g].is_none())
+            .collect();
+        after.sort_unstable();
+        after.dedup();
+        Self { before, after }
     }
 
     /// The faces that a rounding leads on from; none if the face is no rounding.
     fn before(&self, rounding: FaceId) -> &[[FaceId; 2]] {
-        let from = self.before.partition_point(|pair| pair[0] < rounding);
-        let to = self.before.partition_point(|pair| pair[0] <= rounding);
-        &self.before[from..to]
+        of(&self.before, rounding)
     }
+
+    /// The end faces that a rounding leads over to.
+    fn after(&self, rounding: FaceId) -> &[[FaceId; 2]] {
+        of(&self.after, rounding)
+    }
+}
+
+/// The pairs of one face in a sorted list.
+fn of(pairs: &[[FaceId; 2]], face: FaceId) -> &[[FaceId; 2]] {
+    let from = pairs.partition_point(|pair| pair[0] < face);
+    let to = pairs.partition_point(|pair| pair[0] <= face);
+    &pairs[from..to]
 }
 
 impl Medial<'_> {
@@ -89,7 +110,31 @@ impl Medial<'_> {
                 feet[turned] = self.foot_on(side.facets[near.index], p, near.point);
                 break;
             }
+            feet[turned].normal = self.ended(side, foot);
         }
         feet
     }
+
+    /// The normal at the end of a rounding: that of the end face which it leads over to smoothly. The last normal of its own facets is off by a degree and more, and over the
+    /// breadth of the end face so is the sheet.
+    fn ended(&self, side: &Surface, foot: Foot) -> DVec3 {
+        let after = side.roundings.after(self.brep.facets[foot.facet].face);
+        (after.iter())
+            .filter_map(|pair| {
+                let end = &self.rims[self.rim_surface[pair[1]] as usize];
+                let there = self.foot(end, foot.point, &mut None)?;
+                let face = self.brep.facets[there.facet].face;
+                (face == pair[1] && there.normal.dot(foot.normal) > FACING)
+                    .then(|| (there.point.distance_squared(foot.point), there.normal))
+            })
+            .filter(|(away, _)| *away <= (ENDED * side_length(self, foot)).powi(2))
+            .min_by(|a, b| a.0.total_cmp(&b.0))
+            .map_or(foot.normal, |(_, normal)| normal)
+    }
+}
+
+/// Length of the first edge of the facet that a foot lies on.
+fn side_length(medial: &Medial<'_>, foot: Foot) -> f64 {
+    let [a, b, _] = medial.ground.facets[foot.facet].corners();
+    a.distance(b)
 }
