@@ -115,7 +115,7 @@ impl Medial<'_> {
         feet
     }
 
-    /// The normal at the end of a rounding: that of the end face which it leads over to smoothly. The last normal of its own facets is off by a degree and more, and over the
+    /// The normal at the end of a rounding: that of the flat end face which it leads over to smoothly. The last normal of its own facets is off by a degree and more, and over the
     /// breadth of the end face so is the sheet.
     fn ended(&self, side: &Surface, foot: Foot) -> DVec3 {
         let after = side.roundings.after(self.brep.facets[foot.facet].face);
@@ -124,7 +124,8 @@ impl Medial<'_> {
                 let end = &self.rims[self.rim_surface[pair[1]] as usize];
                 let there = self.foot(end, foot.point, &mut None)?;
                 let face = self.brep.facets[there.facet].face;
-                (face == pair[1] && there.normal.dot(foot.normal) > FACING)
+                let flat = self.ground.facets[there.facet].sag() <= 0.0;
+                (flat && face == pair[1] && there.normal.dot(foot.normal) > FACING)
                     .then(|| (there.point.distance_squared(foot.point), there.normal))
             })
             .filter(|(away, _)| *away <= (ENDED * side_length(self, foot)).powi(2))

@@ -382,3 +382,24 @@ fn under_a_rounding_that_reaches_the_middle_the_foot_stays_at_its_end() {
         assert_eq!(upper.normal.z > 0.999, !turned, "{radius}: {upper:?}");
     }
 }
+
+#[test]
+fn beyond_a_rounding_that_reaches_the_middle_its_end_face_goes_on() {
+    // Midway between the end face, carried on down, and the lower side is the corner, to rounding; the last normal of the rounding's one facet is off by several degrees.
+    for radius in [2.0, 2.8] {
+        let (solid, aag, pairing) = rounded_plate(radius);
+        let medial = Medial::new(&solid, &aag, &pairing);
+        let rim = [Support::Mid(WallId(0)), Support::Face(FaceId(1))];
+        let placed = medial.place(DVec3::new(12.0, 19.7, -1.6), &rim);
+        let corner = DVec3::new(12.0, 20.0, -2.0);
+        assert!(placed.distance(corner) < 1e-9, "{radius}: {placed}");
+        // The facet alone: the same place looked at through a pairing in which the end face is a side, so that the rounding leads over to none.
+        let mut without = pairing.clone();
+        without.side[FaceId(1)] = Some((0, 0));
+        let medial = Medial::new(&solid, &aag, &without);
+        let [upper, _] = medial
+            .feet(DVec3::new(12.0, 19.8, -1.7), WallId(0))
+            .unwrap();
+        assert!(upper.normal.y < 0.9999, "{radius}: {}", upper.normal);
+    }
+}
