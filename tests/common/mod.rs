@@ -39,6 +39,7 @@ macro_rules! for_all_fixtures {
                 perforated,
                 plate_holes,
                 plate_pocket,
+                quarter_round,
                 rib_draft,
                 rib_partial,
                 rib_partial_fillet,

@@ -210,6 +210,10 @@ def draw(name, d):
         fold, low = 60 - (1.5 - 1.2 * k) / k, 1.2 * k
         d.rect((0, 0, 1.5), (fold, 0, 0), (0, 40, 0), 3.0)
         d.rect((fold, 0, 1.5), (60 - fold, 0, low - 1.5), (0, 40, 0), lambda x, y, z: 2 * z)
+    elif name == "quarter_round":
+        # a parabola is a Bezier curve of degree 2: from the crest of the middle, where it is flat, down to the edge at 45 degrees
+        k = [o.addPoint(x, 0, z) for x, z in ((0, 1.5), (57, 1.5), (58.5, 1.5), (60, 0))]
+        d.sweep([o.addLine(k[0], k[1]), o.addBezier(k[1:])], (0, 40, 0), lambda x, y, z: 2 * z)
     elif name in ("fillet_one_side", "chamfer_t"):
         ribs(d, 60, 40, 3, 3.0, 20, 2.0)
     elif name == "fillet_wide":
