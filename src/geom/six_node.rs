@@ -28,6 +28,9 @@ const ROUNDING: f64 = 1.0 + 1e-9;
 /// A curved normal that leaves the flat one by more than this cosine means a folded element: the flat one is the better word then.
 const FOLDED_COS: f64 = 0.1;
 
+/// Normals are compared this far apart, in parameters, to tell how a facet bends: its square is far below what six nodes know, and it is far above rounding.
+const BEND_STEP: f64 = 1e-3;
+
 /// Parameters of the middle of side `k` (between corners k and k+1).
 pub const SIDE_MIDDLE: [(f64, f64); 3] = [(0.5, 0.0), (0.5, 0.5), (0.0, 0.5)];
 
@@ -103,6 +106,22 @@ impl QuadraticTriangle {
     /// The unit normal at parameters `w`; that of the flat triangle where the facet is degenerate, zero where this is too.
     pub fn normal(&self, w: DVec2) -> DVec3 {
         unit_normal(&self.polynomial(), &self.corners, w)
+    }
+
+    /// How much the facet bends along a unit tangent at parameters `w`, 1/mm: positive where it bulges outwards; zero where the facet is degenerate.
+    pub fn bend(&self, w: DVec2, along: DVec3) -> f64 {
+        let q = self.polynomial();
+        let (du, dv) = (q.du(w), q.dv(w));
+        let (a, b, c) = (du.dot(du), du.dot(dv), dv.dot(dv));
+        let (e, f) = (du.dot(along), dv.dot(along));
+        let step = DVec2::new(c * e - b * f, a * f - b * e).normalize_or_zero() * BEND_STEP;
+        let [(p, n), (r, m)] = [w - step, w + step].map(|w| (self.point(w), self.normal(w)));
+        let passed = (r - p).dot(along);
+        if passed > 0.0 {
+            (m - n).dot(along) / passed
+        } else {
+            0.0
+        }
     }
 
     /// Volume between the facet and the origin, positive where the normal points away from it. Exact: the integrand has degree 4.
@@ -460,5 +479,28 @@ mod tests {
             flat.dot(DVec3::X) < 1.0 - 1e-3,
             "the flat triangle is visibly worse"
         );
+    }
+
+    #[test]
+    fn a_facet_bends_as_the_cylinder_that_it_is_drawn_on() {
+        // A strip of 15 degrees of a cylinder of radius 5 about z; a facet knows the bend to a few percent.
+        let at = |turn: f64, z: f64| DVec3::new(5.0 * turn.cos(), 5.0 * turn.sin(), z);
+        let turn = 15f64.to_radians();
+        let facet = QuadraticTriangle {
+            corners: [at(0.0, 0.0), at(turn, 0.0), at(0.0, 1.0)],
+            mids: [at(turn / 2.0, 0.0), at(turn / 2.0, 0.5), at(0.0, 0.5)],
+        };
+        for w in [DVec2::ZERO, DVec2::new(0.3, 0.3), DVec2::X] {
+            let normal = facet.normal(w);
+            let round = DVec3::Z.cross(normal);
+            assert!((facet.bend(w, round) * 5.0 - 1.0).abs() < 0.03);
+            assert!(facet.bend(w, DVec3::Z).abs() * 5.0 < 0.03);
+        }
+        let inwards = QuadraticTriangle {
+            corners: [facet.corners[0], facet.corners[2], facet.corners[1]],
+            mids: [facet.mids[2], facet.mids[1], facet.mids[0]],
+        };
+        let round = DVec3::Z.cross(facet.normal(DVec2::X));
+        assert!((inwards.bend(DVec2::Y, round) * 5.0 + 1.0).abs() < 0.03);
     }
 }

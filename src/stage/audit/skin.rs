@@ -16,6 +16,10 @@ const FLAT_COS: f64 = 1.0 - 1e-9;
 const SAG: f64 = 0.02;
 /// Each halving quarters the sag; after six a facet has been cut 4096-fold, and what sags still is no wall but a broken facet.
 const DEEPEST: u32 = 6;
+/// A place is straight above its foot within this sine: facets meet at angles greater than that of rounding.
+const PLUMB: f64 = 0.02;
+/// A bend that turns by less than this over the distance in question, rad, is a plane: the difference is less than rounding.
+const STRAIGHT: f64 = 1e-6;
 /// Edges of the solid sharper than this may carry a rim.
 const SHARP_DEG: f64 = 30.0;
 
@@ -188,21 +192,28 @@ impl Skin {
         Some((near.index, [1.0 - w.x - w.y, w.x, w.y]))
     }
 
-    /// Distance from a place to what a ray from there has met: to the face, or to its plane where it is flat. On the slope over a step the sheet stands for the level
-    /// that lies across, also where that ends before the foot of the plumb line.
+    /// Distance from a place to what a ray from there has met: to the face, or to the surface that it goes on as, a plane or a bend. On the slope over a step the sheet
+    /// stands for the level that lies across, also where that ends before the foot of the plumb line; and so it does under a rounding that ends above it.
     pub fn across(&self, p: DVec3, hit: &SkinHit) -> f64 {
-        let near = self.distance(p, hit.face, hit.t);
-        hit.plumb.map_or(near, |plumb| near.min(plumb))
+        let Some((facet, w)) = self.foot(p, hit.face, hit.t) else {
+            return hit.plumb.map_or(hit.t, |plumb| plumb.min(hit.t));
+        };
+        let near = facet.point(w).distance(p);
+        near.min(hit.plumb.unwrap_or_else(|| carried_on(&facet, w, p)))
+    }
+
+    /// The facet of a face that is nearest to `p`, and the parameters of the place; none where none is nearer than `at_most`, which a ray found.
+    fn foot(&self, p: DVec3, face: u32, at_most: f64) -> Option<(QuadraticTriangle, DVec2)> {
+        let (pieces, bvh) = &self.by_face[face as usize];
+        // Room for the ray's own rounding, so that the triangle that it met is found again.
+        let near = bvh.nearest_within(p, at_most * (1.0 + 1e-9))?;
+        Some(self.curved_foot(p, pieces[near.index] as usize, near.point))
     }
 
     /// Distance from `p` to the curved facets of a face; `at_most`, which a ray found, where none is nearer.
     pub fn distance(&self, p: DVec3, face: u32, at_most: f64) -> f64 {
-        let (pieces, bvh) = &self.by_face[face as usize];
-        // Room for the ray's own rounding, so that the triangle that it met is found again.
-        match bvh.nearest_within(p, at_most * (1.0 + 1e-9)) {
-            Some(near) => self.curved_distance(p, pieces[near.index] as usize, near.point),
-            None => at_most,
-        }
+        self.foot(p, face, at_most)
+            .map_or(at_most, |(facet, w)| facet.point(w).distance(p))
     }
 
     /// Whether `p` is in the material, or no further than `tolerance` outside.
@@ -215,12 +226,35 @@ impl Skin {
     }
 
     fn curved_distance(&self, p: DVec3, piece: usize, foot: DVec3) -> f64 {
+        let (facet, w) = self.curved_foot(p, piece, foot);
+        facet.point(w).distance(p)
+    }
+
+    /// The nearest place of the curved facet that `foot` lies on a flat piece of.
+    fn curved_foot(&self, p: DVec3, piece: usize, foot: DVec3) -> (QuadraticTriangle, DVec2) {
         let Piece { facet, at } = self.pieces[piece];
         let w = flat_parameters(self.flat[piece], foot);
         let start = at[0] * (1.0 - w.x - w.y) + at[1] * w.x + at[2] * w.y;
-        let facet = &self.facets[facet as usize];
-        facet.point(facet.nearest(p, start)).distance(p)
+        let facet = self.facets[facet as usize];
+        (facet, facet.nearest(p, start))
     }
+}
+
+/// Distance from `p` to what a facet goes on as beyond its place `w`: the circle that it bends along towards `p`.
+fn carried_on(facet: &QuadraticTriangle, w: DVec2, p: DVec3) -> f64 {
+    let (foot, normal) = (facet.point(w), facet.normal(w));
+    let look = p - foot;
+    let (up, along) = (look.dot(normal), look.reject_from(normal));
+    let beyond = along.length();
+    if beyond <= PLUMB * look.length() {
+        return look.length();
+    }
+    let bend = facet.bend(w, along / beyond);
+    if bend.abs() * look.length() < STRAIGHT {
+        return up.abs();
+    }
+    let radius = 1.0 / bend;
+    ((up + radius).hypot(beyond) - radius.abs()).abs()
 }
 
 fn area([a, b, c]: [DVec3; 3]) -> f64 {
@@ -319,6 +353,52 @@ mod tests {
         let hit = skin.hit(middle, DVec3::Z, 0.0).unwrap();
         assert!((hit.t - 2.0).abs() < 1e-12 && hit.normal.distance(DVec3::Z) < 1e-12);
         assert!((skin.distance(middle, hit.face, hit.t) - 2.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn beyond_its_end_a_rounding_goes_on_as_a_circle() {
+        // A plate 3 thick whose upper side ends in a rounding of 2 round (18, 1), drawn in four facets' widths; all of it is face 2.
+        let centre = DVec3::new(0.0, 18.0, 1.0);
+        let arc = |k: i32| (f64::from(k) * std::f64::consts::FRAC_PI_8).sin_cos();
+        let mut outline = vec![(0.0, 0.0), (20.0, 0.0)];
+        outline.extend((0..=4).map(|k| (18.0 + 2.0 * arc(k).1, 1.0 + 2.0 * arc(k).0)));
+        outline.push((0.0, 3.0));
+        let n = outline.len();
+        let points = [0.0, 30.0]
+            .into_iter()
+            .flat_map(|x| outline.iter().map(move |&(y, z)| DVec3::new(x, y, z)))
+            .collect();
+        let face = |i: usize| if (2..6).contains(&i) { 2 } else { i as u32 };
+        let mut polygons: Vec<(Vec<usize>, u32)> = (0..n)
+            .map(|i| (vec![i, (i + 1) % n, (i + 1) % n + n, i + n], face(i)))
+            .collect();
+        polygons.push(((0..n).rev().collect(), 8));
+        polygons.push(((n..2 * n).collect(), 9));
+        let solid = crate::test_parts::brep(points, &polygons, |a, b| {
+            let m = (a + b) / 2.0;
+            let from = (m - centre).with_x(0.0);
+            let on = |p: DVec3| ((p - centre).with_x(0.0).length() - 2.0).abs() < 1e-9;
+            if on(a) && on(b) && a.y >= 18.0 && a.z >= 1.0 {
+                m + from.normalize() * (2.0 - from.length())
+            } else {
+                m
+            }
+        });
+        let skin = Skin::new(&[&solid]);
+        // Straight under the rounding, and below its end at z = 1: there the face is further off, and the circle is not.
+        for (y, z) in [(19.0, 1.5), (18.7, 0.6), (19.2, 0.5), (18.4, 0.9)] {
+            let p = DVec3::new(15.0, y, z);
+            let hit = skin
+                .hit(p, DVec3::new(0.0, 0.5, 1.0).normalize(), 0.0)
+                .unwrap();
+            assert_eq!(hit.face, 2);
+            let away = 2.0 - (p - centre).with_x(0.0).length();
+            let found = skin.across(p, &hit);
+            // Four facets know the bend of a quarter circle to a percent.
+            assert!((found - away).abs() < 0.02, "{y} {z}: {found} for {away}");
+            let trimmed = skin.distance(p, hit.face, hit.t);
+            assert_eq!(trimmed > away + 0.05, z < 0.7, "{y} {z}: {trimmed}");
+        }
     }
 
     #[test]
