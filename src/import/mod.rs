@@ -301,10 +301,11 @@ impl Job<'_> {
                 }
             }
         }
-        if facts.solids > 0 && !facts.is_open() {
-            if let Some(imported) = last_resort::try_it(self, facts, &mut attempts, tell)? {
-                return Ok(imported);
-            }
+        if facts.solids > 0
+            && !facts.is_open()
+            && let Some(imported) = last_resort::try_it(self, facts, &mut attempts, tell)?
+        {
+            return Ok(imported);
         }
         Err(self.give_up(facts, last, attempts))
     }

@@ -5,7 +5,7 @@
 //! curve and put back onto it, which brings them into order; then the nodes of turned triangles to the middle of their neighbours, until none is turned.
 //!
 //! Guarantees: topology untouched, and supports but those that shut a closed rim; corners stay; nodes lie on their supports as exactly as before. Exception: where supports
-//! say nothing along a curve (a rim inside a lump), it is smoothed like a string, and a closed one is held open ([`Strings`]).
+//! say nothing along a curve (a rim inside a lump), it is smoothed like a string, and a closed one is held open (`Strings`).
 //! Cost: a few placings a curve node; for sheet nodes only near turned triangles.
 //!
 //! Reference: W. T. Tutte, How to draw a graph, Proc. LMS 13 (1963), doi:10.1112/plms/s3-13.1.743: nodes in the middle of their neighbours do not cross.
