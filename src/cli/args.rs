@@ -229,6 +229,8 @@ mod tests {
             .unwrap()
             .render_long_help()
             .to_string();
+        // Where its lines break depends on the terminal.
+        let help = help.split_whitespace().collect::<Vec<_>>().join(" ");
         assert!(help.contains(&format!("[default: {}]", defaults.element)));
         let limit = format!("by the clock [default: {}]", defaults.time_limit.as_secs());
         assert!(help.contains(&limit), "{limit} not in\n{help}");
