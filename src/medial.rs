@@ -249,7 +249,7 @@ impl<'a> Medial<'a> {
             memory: Memory::new(brep.facets.len()),
             flats,
         };
-        medial.slants = Slants::new(&medial, brep, aag, &pairing.walls);
+        medial.slants = Slants::new(&medial, brep, aag, pairing);
         medial
     }
 

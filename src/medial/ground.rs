@@ -20,6 +20,9 @@ pub(super) struct Ground {
     pub(super) curvature: IndexVec<FacetId, f64>,
 }
 
+/// Normals of a flat facet differ by rounding, which is far less than this, rad; a bend of that little is none.
+const NO_TURN: f64 = 1e-9;
+
 impl Ground {
     pub(super) fn new(brep: &Brep) -> Self {
         let mut of_face: IndexVec<FaceId, Vec<FacetId>> =
@@ -36,8 +39,9 @@ impl Ground {
                     .map(|(u, v)| six_node::normal(&p, &f.mids, u, v));
                 (0..3)
                     .map(|k| {
-                        (n[k] - n[(k + 1) % 3]).length()
-                            / (p[k] - p[(k + 1) % 3]).length().max(f64::MIN_POSITIVE)
+                        let turn = (n[k] - n[(k + 1) % 3]).length();
+                        let length = (p[k] - p[(k + 1) % 3]).length();
+                        if turn > NO_TURN { turn / length } else { 0.0 }
                     })
                     .fold(0.0, f64::max)
             })

@@ -68,13 +68,9 @@ impl Placer for Medial<'_> {
             return f64::INFINITY;
         };
         let radius = |f: &Foot| 1.0 / self.ground.curvature[f.facet];
-        // The middle of two concentric arcs; where one side is flat, the other's word counts for half.
+        // The middle of two concentric arcs; where one side is flat, or nearly so, the other's word counts for half.
         let (r, s) = (radius(&a), radius(&b));
-        let bend = if r.is_finite() && s.is_finite() {
-            (r + s) / 2.0
-        } else {
-            2.0 * r.min(s)
-        };
+        let bend = ((r + s) / 2.0).min(2.0 * r.min(s));
         bend.min(self.step_radius(point, wall))
     }
 }

@@ -15,14 +15,16 @@ use super::Medial;
 use crate::geom::placer::Placer;
 use crate::model::brep::Brep;
 use crate::model::ids::{FaceId, FacetId, IndexVec, WallId};
-use crate::model::walls::{Aag, Convexity, Wall};
+use crate::model::walls::{Aag, Convexity, Pairing, Wall};
 use glam::DVec3;
 use rayon::prelude::*;
 use smallvec::SmallVec;
 
-/// Share of a wall that may lie beyond the feet of its shorter sides: a fifth of the twentieth of the mesh that may be off its middle in all, and more mass than that is not cut off
-/// a wall but where its ends are many. (At 0.03 countersunk plates were doubted: junctions are not judged, so that the strips are more of what is.)
-const STRIPS: f64 = 0.01;
+/// Share of a wall that may lie beyond the feet of its shorter sides: with the twentieth of the mesh that may be off its middle in all, more than that again is
+/// left for junctions and for elements on bent walls.
+const STRIPS: f64 = 0.03;
+/// Within so many thicknesses of another wall a sheet is part of a junction, which is midway between nothing: only what is further away counts.
+const JUNCTION: f64 = 1.5;
 
 /// A wall that a lateral surface goes right across, and the share of the strip that is cut off there.
 type Cut = (WallId, f64);
@@ -36,16 +38,12 @@ pub(super) struct Slants {
 
 impl Slants {
     /// Cost: linear in arcs, and a nearest-point query a facet of the faces that go across a wall at a slant.
-    pub(super) fn new(
-        medial: &Medial<'_>,
-        brep: &Brep,
-        aag: &Aag,
-        walls: &IndexVec<WallId, Wall>,
-    ) -> Self {
+    pub(super) fn new(medial: &Medial<'_>, brep: &Brep, aag: &Aag, pairing: &Pairing) -> Self {
+        let side_of = &pairing.side;
         let mut cuts: Vec<SmallVec<[Cut; 2]>> = vec![SmallVec::new(); medial.rims.len()];
-        for (w, wall) in walls.enumerated() {
+        for (w, wall) in pairing.walls.enumerated() {
             let across = faces_across(wall, aag);
-            // Strips on either side of the sheet count for one, sides for one. A large face may be a side of many walls, of each only as much as the other side.
+            // Strips on either side of the sheet count for one, sides for one.
             let facets: Vec<FacetId> = (across.iter())
                 .flat_map(|&f| medial.ground.of_face[f].iter().copied())
                 .collect();
@@ -58,8 +56,9 @@ impl Slants {
                 })
                 .collect();
             let strips: f64 = strips.iter().sum();
-            let area = |side: &[FaceId]| -> f64 { side.iter().map(|&f| aag.area[f]).sum() };
-            let sides = 2.0 * area(&wall.sides[0]).min(area(&wall.sides[1]));
+            // A large face may be a side of many walls, of each only as much as the other side.
+            let [a, b] = [0, 1].map(|side| clear(wall, side, aag, side_of));
+            let sides = 2.0 * a.min(b);
             let cut = 1.0 - STRIPS * sides / strips.max(f64::MIN_POSITIVE);
             if cut > 0.0 {
                 for f in across {
@@ -91,6 +90,26 @@ impl Slants {
     }
 }
 
+/// Area of one side of a wall that is clear of other walls, mm².
+fn clear(
+    wall: &Wall,
+    side: usize,
+    aag: &Aag,
+    side_of: &IndexVec<FaceId, Option<(u32, u8)>>,
+) -> f64 {
+    let own = |g: FaceId| wall.sides.iter().any(|s| s.binary_search(&g).is_ok());
+    let of_face = |f: FaceId| -> f64 {
+        let beside = aag.arcs_of(f).filter(|a| {
+            let g = Aag::across(a, f);
+            side_of[g].is_some() && !own(g)
+        });
+        let length: f64 = beside.map(|a| a.length).sum();
+        aag.area[f] - JUNCTION * wall.thickness * length
+    };
+    let area: f64 = wall.sides[side].iter().map(|&f| of_face(f)).sum();
+    area.max(0.0)
+}
+
 /// The lateral faces with outer edges along both sides of a wall, sorted.
 fn faces_across(wall: &Wall, aag: &Aag) -> Vec<FaceId> {
     let on = |side: usize, f: FaceId| wall.sides[side].binary_search(&f).is_ok();
@@ -118,7 +137,7 @@ mod tests {
     use crate::model::complex::Support;
     use crate::stage::adjacency::adjacency;
     use crate::stage::pair::{PairOptions, pair, sight};
-    use crate::test_parts::voxels::{Filled, plate};
+    use crate::test_parts::voxels::{Filled, plate, tee};
 
     /// Where the rim lies at the end x = 40 of a plate 40 x 24 x 2.
     fn rim(solid: &Filled) -> f64 {
@@ -141,13 +160,36 @@ mod tests {
 
     #[test]
     fn a_rim_is_cut_back_only_where_slanted_ends_are_more_than_a_small_share() {
-        // Leaning by 1 in 4 an end has a strip a quarter wide, 0.6 % of the plate; leaning by 45 degrees both ends have 5 %, of which 4 % are cut off.
-        let leaning = |p: DVec3| p.x + (p.z - 1.0) / 4.0;
-        let one =
-            plate(1).mapped(|p| DVec3::new(if p.x > 20.0 { leaning(p) } else { p.x }, p.y, p.z));
+        // Leaning by 45 degrees an end has a strip one wide: a fortieth of the plate is little, two of them are 5 %, of which 2 % are cut off.
+        let one = plate(1)
+            .mapped(|p| DVec3::new(if p.x > 20.0 { p.x + p.z - 1.0 } else { p.x }, p.y, p.z));
         let two = plate(1).mapped(|p| DVec3::new(p.x + p.z - 1.0, p.y, p.z));
         assert!((rim(&one) - 40.0).abs() < 1e-9, "{}", rim(&one));
-        assert!((rim(&two) - 39.2).abs() < 1e-9, "{}", rim(&two));
+        assert!((rim(&two) - 39.6).abs() < 1e-9, "{}", rim(&two));
         assert!((rim(&plate(1)) - 40.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn of_a_rib_only_what_is_clear_of_the_plate_counts() {
+        // The rib is 40 long and 12 high; within 1.5 times its thickness of 2 it is part of the junction.
+        let solid = tee(1);
+        let aag = adjacency(&solid.brep);
+        let pairing = pair(
+            &solid.brep,
+            &aag,
+            &sight(&solid.brep),
+            &PairOptions::default(),
+        );
+        let on_rib = solid.face(|p| p.y == 11.0);
+        let rib = (pairing.walls.iter())
+            .find(|w| w.sides.iter().flatten().any(|&f| f == on_rib))
+            .unwrap();
+        for side in [0, 1] {
+            let found = clear(rib, side, &aag, &pairing.side);
+            assert!((found - 40.0 * (12.0 - 3.0)).abs() < 1e-9, "{found}");
+        }
+        // Were the plate no wall, all of it would.
+        let alone = IndexVec::filled(None, aag.area.len());
+        assert!((clear(rib, 0, &aag, &alone) - 40.0 * 12.0).abs() < 1e-9);
     }
 }

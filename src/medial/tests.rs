@@ -403,3 +403,22 @@ fn beyond_a_rounding_that_reaches_the_middle_its_end_face_goes_on() {
         assert!(upper.normal.y < 0.9999, "{radius}: {}", upper.normal);
     }
 }
+
+#[test]
+fn a_flat_side_is_flat_however_the_part_lies() {
+    // Turned, corner normals of a flat facet differ by rounding: that is no bend with a radius of light years, which would outweigh the rounding across the wall.
+    let (mut solid, aag, pairing) = rounded_plate(2.8);
+    for p in solid.vertices.iter_mut() {
+        *p = voxels::motion(*p);
+    }
+    for facet in solid.facets.iter_mut() {
+        facet.mids = facet.mids.map(voxels::motion);
+    }
+    let medial = Medial::new(&solid, &aag, &pairing);
+    let at =
+        |y: f64, z: f64| medial.curvature_radius(voxels::motion(DVec3::new(12.0, y, z)), WallId(0));
+    assert_eq!(at(10.0, 0.0), f64::INFINITY);
+    // The rounding has one facet, which knows its bend to a tenth.
+    let under = at(19.0, -1.0);
+    assert!((under / (2.0 * 2.8) - 1.0).abs() < 0.15, "{under}");
+}
