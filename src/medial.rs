@@ -5,6 +5,7 @@
 //! that one rule a plate stays flat under its rib, sheets extend until they meet, and a rim comes to lie on its lateral face. At the inner edge of
 //! a step the side does not end: there the distance is that to the edge, and the mid-surface climbs along a parabola.
 
+mod bevel;
 mod corner;
 mod edges;
 mod facing;

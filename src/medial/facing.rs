@@ -17,7 +17,7 @@ const LEAST_FACING: f64 = 0.5;
 /// The place whose tangent plane goes on faces the other side within 30 degrees, as the two sides of a wedge do: the cosine of that.
 const FACING: f64 = 0.866;
 /// A rounding ends before the middle if it takes less than this share of the way across the wall. Half of it is a full round, and facets and drawings miss that by a few percent.
-const SHALLOW: f64 = 0.45;
+pub(super) const SHALLOW: f64 = 0.45;
 
 /// A foot this near to the end face, in edge lengths of its facet, lies on the edge with it: both faces have its nodes.
 const ENDED: f64 = 1e-6;

@@ -9,9 +9,10 @@
 //! strip is nothing beside the sheet. Where rims are many and the wall is narrow it is not; there sheets are cut back towards a until the strips are a small share again.
 //!
 //! Guarantees: a rim on a square face, and any rim of a wall whose strips are a small share, lies on its face. Limits: only faces that go right across the wall, with
-//! an outer edge at either side, count as slanted; a chamfer beside an end face does not.
+//! an outer edge at either side, count as slanted. Beside a chamfer or rounding at one side of the end (`bevel`) the sheet is not midway either; that strip is treated alike.
 
 use super::Medial;
+use super::bevel::bevels;
 use crate::geom::placer::Placer;
 use crate::model::brep::Brep;
 use crate::model::ids::{FaceId, FacetId, IndexVec, WallId};
@@ -26,8 +27,15 @@ const STRIPS: f64 = 0.03;
 /// Within so many thicknesses of another wall a sheet is part of a junction, which is midway between nothing: only what is further away counts.
 const JUNCTION: f64 = 1.5;
 
-/// A wall that a lateral surface goes right across, and the share of the strip that is cut off there.
-type Cut = (WallId, f64);
+/// How a sheet is cut back at a lateral surface.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Cut {
+    wall: WallId,
+    /// Share of the strip that is cut off.
+    share: f64,
+    /// Width of the strip that a bevel makes, mm; zero where the surface itself is slanted.
+    leg: f64,
+}
 
 /// How far rims stay inside each lateral surface.
 #[derive(Clone, Debug, Default)]
@@ -55,16 +63,28 @@ impl Slants {
                     normal.map_or(0.0, |n| n.dot(area).abs())
                 })
                 .collect();
-            let strips: f64 = strips.iter().sum();
+            let bevels = bevels(medial, brep, w, wall, aag);
+            let bevelled: f64 = bevels.iter().map(|b| b.area).sum();
+            let strips = strips.iter().sum::<f64>() + 2.0 * bevelled;
             // A large face may be a side of many walls, of each only as much as the other side.
             let [a, b] = [0, 1].map(|side| clear(wall, side, aag, side_of));
             let sides = 2.0 * a.min(b);
-            let cut = 1.0 - STRIPS * sides / strips.max(f64::MIN_POSITIVE);
-            if cut > 0.0 {
-                for f in across {
+            let share = 1.0 - STRIPS * sides / strips.max(f64::MIN_POSITIVE);
+            if share > 0.0 {
+                let slants = across.into_iter().map(|f| (f, 0.0));
+                // The rim lies on the end face or, where the bevel comes down to the middle, on that.
+                let ends = bevels
+                    .iter()
+                    .flat_map(|b| [(b.end, b.leg), (b.face, b.leg)]);
+                for (f, leg) in slants.chain(ends) {
+                    let cut = Cut {
+                        wall: w,
+                        share,
+                        leg,
+                    };
                     let list = &mut cuts[medial.rim_surface[f] as usize];
-                    if !list.contains(&(w, cut)) {
-                        list.push((w, cut));
+                    if !list.contains(&cut) {
+                        list.push(cut);
                     }
                 }
             }
@@ -83,8 +103,13 @@ impl Slants {
             return 0.0;
         };
         let of = |&(w, across, thickness): &(WallId, DVec3, f64)| {
-            let cut = cuts.iter().find(|c| c.0 == w)?;
-            Some(cut.1 * thickness / 2.0 * normal.dot(across).abs())
+            let (lying, standing) = (
+                normal.dot(across).abs(),
+                normal.reject_from(across).length(),
+            );
+            let deep = |c: &Cut| c.share * (thickness / 2.0 * lying + c.leg * standing);
+            let here = cuts.iter().filter(|c| c.wall == w);
+            here.map(deep).reduce(f64::max)
         };
         mids.iter().filter_map(of).fold(0.0, f64::max)
     }
