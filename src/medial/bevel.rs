@@ -32,7 +32,7 @@ pub(super) struct Bevel {
     side: usize,
     /// How far along the wall it goes, and how deep across, mm.
     pub leg: f64,
-    depth: f64,
+    pub depth: f64,
     /// Area of the sheet above it that is off the middle, mm².
     pub area: f64,
 }

@@ -26,6 +26,10 @@ use smallvec::SmallVec;
 const STRIPS: f64 = 0.03;
 /// Within so many thicknesses of another wall a sheet is part of a junction, which is midway between nothing: only what is further away counts.
 const JUNCTION: f64 = 1.5;
+/// That counts for no less than this share of a wall: of a short one the rest would all be cut off.
+const LEAST_CLEAR: f64 = 0.5;
+/// Share of a wall's mass that may be cut off beyond what bevels have taken away.
+const MOST: f64 = 0.04;
 
 /// How a sheet is cut back at a lateral surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -65,11 +69,17 @@ impl Slants {
                 .collect();
             let bevels = bevels(medial, brep, w, wall, aag);
             let bevelled: f64 = bevels.iter().map(|b| b.area).sum();
+            // The sheet is too heavy over a bevel by what that has taken away.
+            let taken: f64 = (bevels.iter())
+                .map(|b| b.area * b.depth / wall.thickness)
+                .sum();
             let strips = strips.iter().sum::<f64>() + 2.0 * bevelled;
             // A large face may be a side of many walls, of each only as much as the other side.
-            let [a, b] = [0, 1].map(|side| clear(wall, side, aag, side_of));
-            let sides = 2.0 * a.min(b);
-            let share = 1.0 - STRIPS * sides / strips.max(f64::MIN_POSITIVE);
+            let [a, b] = [0, 1].map(|side| areas(wall, side, aag, side_of));
+            let (sides, clear) = (2.0 * a.0.min(b.0), 2.0 * a.1.min(b.1));
+            let allowed = STRIPS * clear.max(LEAST_CLEAR * sides);
+            let share =
+                (strips - allowed).min(MOST * sides + taken) / strips.max(f64::MIN_POSITIVE);
             if share > 0.0 {
                 let slants = across.into_iter().map(|f| (f, 0.0));
                 // The rim lies on the end face or, where the bevel comes down to the middle, on that.
@@ -115,24 +125,26 @@ impl Slants {
     }
 }
 
-/// Area of one side of a wall that is clear of other walls, mm².
-fn clear(
+/// Area of one side of a wall, and as much of it as is clear of other walls, mm².
+fn areas(
     wall: &Wall,
     side: usize,
     aag: &Aag,
     side_of: &IndexVec<FaceId, Option<(u32, u8)>>,
-) -> f64 {
+) -> (f64, f64) {
     let own = |g: FaceId| wall.sides.iter().any(|s| s.binary_search(&g).is_ok());
-    let of_face = |f: FaceId| -> f64 {
+    let near = |f: FaceId| -> f64 {
         let beside = aag.arcs_of(f).filter(|a| {
             let g = Aag::across(a, f);
             side_of[g].is_some() && !own(g)
         });
         let length: f64 = beside.map(|a| a.length).sum();
-        aag.area[f] - JUNCTION * wall.thickness * length
+        JUNCTION * wall.thickness * length
     };
-    let area: f64 = wall.sides[side].iter().map(|&f| of_face(f)).sum();
-    area.max(0.0)
+    let faces = &wall.sides[side];
+    let area: f64 = faces.iter().map(|&f| aag.area[f]).sum();
+    let near: f64 = faces.iter().map(|&f| near(f)).sum();
+    (area, area - near)
 }
 
 /// The lateral faces with outer edges along both sides of a wall, sorted.
@@ -210,11 +222,12 @@ mod tests {
             .find(|w| w.sides.iter().flatten().any(|&f| f == on_rib))
             .unwrap();
         for side in [0, 1] {
-            let found = clear(rib, side, &aag, &pairing.side);
-            assert!((found - 40.0 * (12.0 - 3.0)).abs() < 1e-9, "{found}");
+            let (area, clear) = areas(rib, side, &aag, &pairing.side);
+            assert!((area - 40.0 * 12.0).abs() < 1e-9, "{area}");
+            assert!((clear - 40.0 * (12.0 - 3.0)).abs() < 1e-9, "{clear}");
         }
         // Were the plate no wall, all of it would.
         let alone = IndexVec::filled(None, aag.area.len());
-        assert!((clear(rib, 0, &aag, &alone) - 40.0 * 12.0).abs() < 1e-9);
+        assert!((areas(rib, 0, &aag, &alone).1 - 40.0 * 12.0).abs() < 1e-9);
     }
 }
