@@ -4,14 +4,15 @@
 //! patch are folded; on the way there may be as many as at the start or more. The row that is found is then done on the whole surface.
 //!
 //! Guarantees: as of the single steps (homotopy type, feature curves, supports); what lies outside the patch is not touched, and no triangle there becomes folded.
-//! Exceptions: nodes on curves, forks and corners of rims among them, may leave their place by `NUDGE` of the thickness a step; forks nearer to each other than the walls
+//! Exceptions: nodes on curves, forks and corners of rims among them, may leave their place by the `nudges` of the effort a step; forks nearer to each other than the walls
 //! are thick may become one.
 //! Limits: no nodes are added, so a fold for which the patch has too few stays; a row that first makes matters much worse is not found.
-//! Cost: `DEPTH` times `WIDTH` states, some hundred steps each.
+//! Cost: `depth` times `width` states, some hundred steps each.
 //!
 //! Reference: B. T. Lowerre, The HARPY speech recognition system, 1976 (beam search).
 
 use super::cones::Cone;
+use super::dust::keeps_together;
 use super::rate::{Part, Score};
 use super::shape::area_vector;
 use super::surface::Surface;
@@ -24,14 +25,37 @@ use rayon::prelude::*;
 
 /// Rings of the patch. The outermost is only looked at by its neighbours, the next two are judged, nodes within the others may move.
 const RINGS: usize = 5;
-/// Rings of triangles that are read: the patch and the stars of its nodes.
-pub(super) const READ: usize = RINGS + 2;
-/// Steps in a row, at most: bounds the cost.
-const DEPTH: usize = 4;
-/// States that are followed at a time: bounds the cost.
-const WIDTH: usize = 4;
-/// How far a node on a curve may be nudged off it, as a share of the thickness: at most 4 % of R-error there, where 10 % is the limit.
-const NUDGE: f64 = 0.02;
+/// How hard a search tries.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Effort {
+    /// Rings of triangles that are read: the patch and the stars of its nodes. It tells the efforts apart (`tried`).
+    pub reads: usize,
+    /// Steps in a row, at most: bounds the cost.
+    depth: usize,
+    /// States that are followed at a time: bounds the cost.
+    width: usize,
+    /// How far a node on a curve may be nudged off it, as shares of the thickness.
+    nudges: &'static [f64],
+    /// How far a curve may give way where its node goes, as a share of the thickness.
+    gives: f64,
+}
+
+/// Nudges stay at 4 % of R-error, where 10 % is the limit.
+pub(super) const GENTLE: Effort = Effort {
+    reads: RINGS + 2,
+    depth: 4,
+    width: 4,
+    nudges: &[0.02],
+    gives: 0.0,
+};
+/// The last resort: a solver stops on a fold, not on a curve that is off by a quarter of the thickness over one element.
+pub(super) const LAST: Effort = Effort {
+    reads: RINGS + 3,
+    depth: 6,
+    width: 24,
+    nudges: &[0.02, 0.08, 0.25],
+    gives: 0.25,
+};
 /// Lengths of single moves, as shares of the way to the neighbours.
 const SHARES: [f64; 3] = [0.15, 0.4, 0.7];
 
@@ -53,7 +77,12 @@ struct State {
 }
 
 /// Mends a folded triangle by several steps; whether it was mended.
-pub(super) fn search(surface: &mut Surface, t: TriangleId, placer: &dyn Placer) -> bool {
+pub(super) fn search(
+    surface: &mut Surface,
+    t: TriangleId,
+    effort: &Effort,
+    placer: &dyn Placer,
+) -> bool {
     let (patch, local) = cut_out(surface, t);
     let start = patch.part(&local).score();
     let state = State {
@@ -61,7 +90,7 @@ pub(super) fn search(surface: &mut Surface, t: TriangleId, placer: &dyn Placer) 
         path: Vec::new(),
         score: start,
     };
-    let Some(path) = best_path(&patch, state, start, placer) else {
+    let Some(path) = best_path(&patch, state, start, effort, placer) else {
         return false;
     };
     for step in path {
@@ -70,17 +99,23 @@ pub(super) fn search(surface: &mut Surface, t: TriangleId, placer: &dyn Placer) 
     true
 }
 
-fn best_path(patch: &Patch, state: State, start: Score, placer: &dyn Placer) -> Option<Vec<Step>> {
+fn best_path(
+    patch: &Patch,
+    state: State,
+    start: Score,
+    effort: &Effort,
+    placer: &dyn Placer,
+) -> Option<Vec<Step>> {
     let mut beam = vec![state];
     let mut found: Option<State> = None;
-    for _ in 0..DEPTH {
+    for _ in 0..effort.depth {
         let parts: Vec<Part> = (beam.iter()).map(|s| patch.part(&s.surface)).collect();
         let folds: Vec<(usize, TriangleId)> = (parts.iter().enumerate())
             .flat_map(|(i, part)| part.bad().into_iter().map(move |t| (i, t)))
             .collect();
         let steps: Vec<(usize, Step)> = (folds.par_iter())
             .flat_map_iter(|&(i, t)| {
-                let steps = patch.steps(&beam[i].surface, t, placer);
+                let steps = patch.steps(&beam[i].surface, t, effort, placer);
                 steps.into_iter().map(move |step| (i, step))
             })
             .collect();
@@ -91,7 +126,7 @@ fn best_path(patch: &Patch, state: State, start: Score, placer: &dyn Placer) -> 
         next.sort_by(|a, b| order(&a.0, &b.0));
         // The same outcome by another way is no other state.
         next.dedup_by(|a, b| order(&a.0, &b.0).is_eq());
-        next.truncate(WIDTH);
+        next.truncate(effort.width);
         beam = (next.into_iter())
             .map(|(score, i, step)| {
                 let mut state = beam[i].clone();
@@ -170,13 +205,23 @@ impl Patch {
         self.free[n.index()]
     }
 
-    fn steps(&self, surface: &Surface, t: TriangleId, placer: &dyn Placer) -> Vec<Step> {
+    fn steps(
+        &self,
+        surface: &Surface,
+        t: TriangleId,
+        effort: &Effort,
+        placer: &dyn Placer,
+    ) -> Vec<Step> {
         if !self.judged[t.index()] {
             return Vec::new();
         }
         let mut all = steps(surface, t, placer, &|n| self.is_free(n));
         all.extend(mergers(surface, t, placer));
-        all.extend(single_moves(surface, t, placer, &|n| self.is_free(n)));
+        let free = |n| self.is_free(n);
+        all.extend(single_moves(surface, t, effort, placer, &free));
+        if effort.gives > 0.0 {
+            all.extend(crushes(surface, t, effort, placer));
+        }
         all.retain(|step| match step {
             Step::Move(places) => places.iter().all(|(n, _)| self.is_free(*n)),
             Step::Flip([a, b], [s, u]) => {
@@ -214,6 +259,7 @@ impl Patch {
 fn single_moves(
     surface: &Surface,
     t: TriangleId,
+    effort: &Effort,
     placer: &dyn Placer,
     may_move: &dyn Fn(NodeId) -> bool,
 ) -> Vec<Step> {
@@ -253,9 +299,40 @@ fn single_moves(
             }
         }
         let thickness = placer.thickness(p, surface.triangle(t).wall);
-        let reach = NUDGE * thickness.map_or(0.0, f64::abs);
-        for way in nudges(surface, t, n).into_iter().filter(|_| reach > 0.0) {
-            all.push(Step::Move(vec![(n, p + way * reach)]));
+        let thickness = thickness.map_or(0.0, f64::abs);
+        for way in nudges(surface, t, n)
+            .into_iter()
+            .filter(|_| thickness > 0.0)
+        {
+            let nudged = |share: &f64| Step::Move(vec![(n, p + way * share * thickness)]);
+            all.extend(effort.nudges.iter().map(nudged));
+        }
+    }
+    all
+}
+
+/// Contractions at the triangle, whatever curves the two nodes lie on, as long as these give way by little.
+fn crushes(surface: &Surface, t: TriangleId, effort: &Effort, placer: &dyn Placer) -> Vec<Step> {
+    let mut edges: Vec<[NodeId; 2]> = (surface.triangle(t).nodes.iter())
+        .flat_map(|&n| (surface.neighbours(n).into_iter()).map(move |m| [n.min(m), n.max(m)]))
+        .collect();
+    edges.sort_unstable();
+    edges.dedup();
+    let mut all = Vec::new();
+    for [a, b] in edges {
+        let wall = surface
+            .around(a, b)
+            .first()
+            .map(|&s| surface.triangle(s).wall);
+        let thickness = wall.and_then(|w| placer.thickness(surface.points[a], w));
+        let least = thickness.map_or(0.0, f64::abs) * effort.gives;
+        if surface.length(a, b) > least {
+            continue;
+        }
+        for (gone, kept) in [(a, b), (b, a)] {
+            if keeps_together(surface, gone, kept) {
+                all.push(Step::Contract { gone, kept });
+            }
         }
     }
     all
@@ -324,7 +401,7 @@ mod tests {
         let bad = folded(&before);
         assert!(bad.len() > 1);
         let mut surface = Surface::new(before.clone());
-        assert!(search(&mut surface, bad[0], &Thick));
+        assert!(search(&mut surface, bad[0], &GENTLE, &Thick));
         let far: Vec<NodeId> = (before.nodes.enumerated())
             .filter(|(_, n)| (n.point - DVec3::new(8.0, 8.0, 0.0)).abs().max_element() > 6.0)
             .map(|x| x.0)
@@ -344,7 +421,7 @@ mod tests {
     fn nothing_is_done_where_nothing_is_folded() {
         let before = sheet(8, 8, |u, v| DVec3::new(8.0 * u, 8.0 * v, 0.0));
         let mut surface = Surface::new(before.clone());
-        assert!(!search(&mut surface, TriangleId(60), &Thick));
+        assert!(!search(&mut surface, TriangleId(60), &LAST, &Thick));
         assert_eq!(surface.finish(), before);
     }
 

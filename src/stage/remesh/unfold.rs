@@ -14,7 +14,7 @@ use super::dust::keeps_together;
 use super::flat::{hinges, remove_flat};
 use super::rate::{FLAT, Part, Score};
 use super::refill::{READ as READ_BY_REFILL, refill};
-use super::search::{READ as READ_BY_SEARCH, search};
+use super::search::{GENTLE, LAST, search};
 use super::shape::{area_vector, distance_to_segment};
 use super::surface::Surface;
 use super::tried::Tried;
@@ -107,12 +107,14 @@ fn pass(
             }
         }
     }
-    if !mended && bad.len() <= FEW {
-        for &t in &bad {
-            if surface.lives(t) {
-                mended |= attempt(surface, &mut |s| {
-                    tried.unless_in_vain(s, (t, READ_BY_SEARCH), |s| search(s, t, placer))
-                });
+    for effort in [&GENTLE, &LAST] {
+        if !mended && bad.len() <= FEW {
+            for &t in &bad {
+                if surface.lives(t) {
+                    mended |= attempt(surface, &mut |s| {
+                        tried.unless_in_vain(s, (t, effort.reads), |s| search(s, t, effort, placer))
+                    });
+                }
             }
         }
     }
@@ -266,8 +268,10 @@ fn is_flap(surface: &Surface, t: TriangleId, placer: &dyn Placer) -> bool {
     let triangle = surface.triangle(t);
     let nodes = triangle.nodes;
     let free = |k: usize| surface.around(nodes[k], nodes[(k + 1) % 3]).len() == 1;
-    let loose = match [free(0), free(1), free(2)].iter().filter(|f| **f).count() {
-        1 => nodes.iter().all(|&n| !hinges(surface, n, t)),
+    let free = [free(0), free(1), free(2)];
+    let loose = match free.iter().filter(|f| **f).count() {
+        // Across from the free side nothing may hang on the triangle alone; at the ends of that side it goes with the side.
+        1 => (0..3).all(|k| !free[k] || !hinges(surface, nodes[(k + 2) % 3], t)),
         2 => nodes.iter().any(|&n| surface.star(n).len() == 1),
         _ => false,
     };
