@@ -9,6 +9,9 @@ use glam::DVec3;
 /// The mid-surface of a step bends this near to its inner edge, in thicknesses: the parabola ends within one, and as far again sizes grow.
 const STEP_REACH: f64 = 2.0;
 
+/// Radii of concentric arcs differ by the thickness; by more than this many times that arcs are not concentric.
+const CONCENTRIC: f64 = 1.5;
+
 impl Medial<'_> {
     /// Radius with which the mid-surface climbs at a step near `point`, mm; infinite where there is none within reach.
     pub fn step_radius(&self, point: DVec3, wall: WallId) -> f64 {
@@ -68,9 +71,13 @@ impl Placer for Medial<'_> {
             return f64::INFINITY;
         };
         let radius = |f: &Foot| 1.0 / self.ground.curvature[f.facet];
-        // The middle of two concentric arcs; where one side is flat, or nearly so, the other's word counts for half.
+        // The middle of two concentric arcs; where one side is flat, or much flatter than that, the other's word counts for half.
         let (r, s) = (radius(&a), radius(&b));
-        let bend = ((r + s) / 2.0).min(2.0 * r.min(s));
+        let bend = if (r - s).abs() <= CONCENTRIC * self.thickness[wall] {
+            (r + s) / 2.0
+        } else {
+            2.0 * r.min(s)
+        };
         bend.min(self.step_radius(point, wall))
     }
 }
