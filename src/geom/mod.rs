@@ -3,6 +3,7 @@
 pub mod cdt;
 pub mod kind;
 pub mod orient;
+pub mod pinhole;
 pub mod placer;
 pub mod planes;
 pub mod quality;

@@ -18,6 +18,7 @@ pub use report::{RunReport, SolidReport};
 
 use crate::charts;
 use crate::geom::orient;
+use crate::geom::pinhole::open_pinholes;
 use crate::geom::placer::Placer;
 use crate::import::{ImportOptions, Piece, import_cad_told};
 use crate::medial::{Held, Medial};
@@ -247,7 +248,9 @@ fn meshed(
         let complex = remesh::polish(complex, &field, held, &options);
         let complex = mended(complex, held);
         let complex = connected(complex, |c| remesh::without_flat(c, held));
-        connected(complex, |c| remesh::unfold(c, held))
+        let mut complex = connected(complex, |c| remesh::unfold(c, held));
+        open_pinholes(&mut complex);
+        complex
     });
     dump.complex("polished", &complex)?;
     let complex = clock.time("balance", || balance::balance(complex, medial));
