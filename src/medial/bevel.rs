@@ -18,6 +18,8 @@ use glam::DVec3;
 const SHALLOW: f64 = 0.1;
 /// A bevel that goes deeper than the middle is met by the sheet itself; facets miss that by a few percent.
 const DEEPEST: f64 = 0.55;
+/// A bevel leans by 20 to 70 degrees on the whole, as the tangent of the lesser; what leans less or more is a step or its riser.
+const LEAST_SLOPE: f64 = 0.36;
 /// A rounding that is part of the side and goes deeper is followed by the sheet.
 const ROUNDED: f64 = super::facing::SHALLOW;
 /// The end face stands across the wall within 30 degrees, as the sine of that.
@@ -113,7 +115,10 @@ impl Place<'_> {
         }
         let [along, across] = self.extents(face)?;
         let [leg, depth] = [along, across].map(|area| area / length);
-        if depth < shallowest || depth.max(leg) > deepest {
+        if depth < shallowest
+            || depth.max(leg) > deepest
+            || depth.min(leg) < LEAST_SLOPE * depth.max(leg)
+        {
             return None;
         }
         let [lying, standing] = self.extents(end)?;

@@ -28,7 +28,7 @@ const STRIPS: f64 = 0.03;
 const JUNCTION: f64 = 1.5;
 /// That counts for no less than this share of a wall: of a short one the rest would all be cut off.
 const LEAST_CLEAR: f64 = 0.5;
-/// Share of a wall's mass that may be cut off beyond what bevels have taken away.
+/// Share of a wall's mass that may be cut off at bevels beyond what they have taken away.
 const MOST: f64 = 0.04;
 
 /// How a sheet is cut back at a lateral surface.
@@ -78,18 +78,20 @@ impl Slants {
             let [a, b] = [0, 1].map(|side| areas(wall, side, aag, side_of));
             let (sides, clear) = (2.0 * a.0.min(b.0), 2.0 * a.1.min(b.1));
             let allowed = STRIPS * clear.max(LEAST_CLEAR * sides);
-            let share =
-                (strips - allowed).min(MOST * sides + taken) / strips.max(f64::MIN_POSITIVE);
+            let share = 1.0 - allowed / strips.max(f64::MIN_POSITIVE);
             if share > 0.0 {
                 let slants = across.into_iter().map(|f| (f, 0.0));
                 // The rim lies on the end face or, where the bevel comes down to the middle, on that.
-                let ends = bevels
-                    .iter()
-                    .flat_map(|b| [(b.end, b.leg), (b.face, b.leg)]);
+                let ends = (bevels.iter()).flat_map(|b| [(b.end, b.leg), (b.face, b.leg)]);
                 for (f, leg) in slants.chain(ends) {
+                    let most = if leg > 0.0 {
+                        (MOST * sides + taken) / strips
+                    } else {
+                        1.0
+                    };
                     let cut = Cut {
                         wall: w,
-                        share,
+                        share: share.min(most),
                         leg,
                     };
                     let list = &mut cuts[medial.rim_surface[f] as usize];
