@@ -332,7 +332,9 @@ fn untangled(
         let (complex, _) = prune::prune(complex, medial);
         let (complex, _) = unknotted(fair::fair(complex, medial), medial);
         let complex = connected(complex, |c| remesh::without_flat(c, medial));
-        prune::prune(complex, medial).0
+        let (complex, _) = prune::prune(complex, medial);
+        // A junction of five walls parts twice on its way to a rim: the second slit shows when the strips between its curves are gone.
+        connected(complex, |c| remesh::merge_slits(c, &thickness, medial))
     })
 }
 

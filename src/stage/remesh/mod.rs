@@ -60,7 +60,7 @@ use crate::model::complex::MidComplex;
 use crate::model::ids::{IndexVec, NodeId, WallId};
 pub use flat::without_flat;
 pub use knots::{contract_folded, contract_turned};
-pub use strips::merge_strips;
+pub use strips::{merge_slits, merge_strips};
 pub use unfold::unfold;
 
 use contract::Bounds;

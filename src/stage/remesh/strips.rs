@@ -48,6 +48,21 @@ pub fn merge_strips(
     complex
 }
 
+/// Bridges slits that are left where strips have become curves, and merges what lies on each other there; a complex without slits stays as it is.
+pub fn merge_slits(
+    mut complex: MidComplex,
+    thickness: &dyn Fn(WallId) -> f64,
+    placer: &dyn Placer,
+) -> MidComplex {
+    for _ in 0..PASSES {
+        if !zip(&mut complex, thickness) {
+            break;
+        }
+        complex = merge_bridged(complex, thickness, placer);
+    }
+    complex
+}
+
 fn merge_bridged(
     complex: MidComplex,
     thickness: &dyn Fn(WallId) -> f64,

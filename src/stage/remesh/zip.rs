@@ -2,6 +2,9 @@
 //!
 //! Where walls cross, the strip of sheet inside their common block is thin and may be eaten from a rim before the complex is read off: what is left are two creases, one on either side of the block,
 //! that part at the end of the junction and run side by side to the rim. Such a pair is bridged with triangles again; `strips` then makes one curve of it.
+//! Where five walls meet, a junction parts into a crease and a junction of three, and this into a crease and the free border of the fifth wall: every
+//! parting of the triangles at a junction among two curves in one place is a slit. At a free border the slit may be a notch as wide as the block; what fills it is a
+//! piece of the wall whose border it is.
 //!
 //! Guarantee: the homotopy type stays, every triangle is added over edges that are there with one new, free edge (an elementary expansion).
 //! A slit that closes again at its far end is a hole and stays.
@@ -15,6 +18,10 @@ use std::collections::{BTreeMap, BTreeSet};
 /// Creases nearer to each other than this many thicknesses are in one block of material: walls of half a thickness on either side overlap there.
 const NEAR: f64 = 0.35;
 
+/// A free border nearer than this to a crease that goes on from the same junction, in thicknesses, lies in the block of that junction: five walls overlap to 0.7
+/// thicknesses from their common line, and the border may cut the corner by a tetrahedron more.
+const NOTCH: f64 = 1.0;
+
 /// Two nodes that stand side by side; the same one twice where the slit begins in a point.
 type Front = [NodeId; 2];
 
@@ -24,10 +31,12 @@ pub(super) fn zip(complex: &mut MidComplex, thickness: &dyn Fn(WallId) -> f64) -
     let net = Net::new(complex);
     let mut known: BTreeSet<[NodeId; 2]> = net.edges.clone();
     for (front, firsts) in net.starts() {
-        let chains = [0, 1].map(|k| net.chain(front[k], firsts[k]));
+        let [a, b] = [0, 1].map(|k| net.chain(front[k], firsts[k]));
+        let chains = [net.cut(complex, &a, &b), net.cut(complex, &b, &a)];
         let wall = net.wall[&ordered(front[0], firsts[0])];
         let other = net.wall[&ordered(front[1], firsts[1])];
-        let near = NEAR * thickness(wall).min(thickness(other));
+        let share = if net.is_free(&chains[0]) { NOTCH } else { NEAR };
+        let near = share * thickness(wall).min(thickness(other));
         if fits(complex, &chains, near) {
             bridge(complex, &mut known, chains, wall);
         }
@@ -42,8 +51,10 @@ fn ordered(a: NodeId, b: NodeId) -> [NodeId; 2] {
 /// The feature edges at every node.
 struct Net {
     edges: BTreeSet<[NodeId; 2]>,
-    /// A wall of every crease.
+    /// A wall of every feature edge.
     wall: BTreeMap<[NodeId; 2], WallId>,
+    /// The triangles at every feature edge.
+    triangles: BTreeMap<[NodeId; 2], usize>,
     at: IndexVec<NodeId, SmallVec<[(NodeId, EdgeKind); 4]>>,
 }
 
@@ -52,6 +63,7 @@ impl Net {
         let mut net = Self {
             edges: BTreeSet::new(),
             wall: BTreeMap::new(),
+            triangles: BTreeMap::new(),
             at: IndexVec::filled(SmallVec::new(), complex.nodes.len()),
         };
         for edge in complex.edges() {
@@ -60,10 +72,9 @@ impl Net {
             if kind == EdgeKind::Inner {
                 continue;
             }
-            if kind == EdgeKind::Crease {
-                let wall = complex.triangles[edge.triangles[0]].wall;
-                net.wall.insert(edge.ends, wall);
-            }
+            let wall = complex.triangles[edge.triangles[0]].wall;
+            net.wall.insert(edge.ends, wall);
+            net.triangles.insert(edge.ends, edge.triangles.len());
             let [a, b] = edge.ends;
             net.at[a].push((b, kind));
             net.at[b].push((a, kind));
@@ -82,7 +93,25 @@ impl Net {
         self.at[n].iter().any(|x| x.1 == EdgeKind::Junction)
     }
 
-    /// Where junctions end and two creases go on, in one point or at both ends of an edge; with the first node of either crease.
+    /// Whether a chain is a free border.
+    fn is_free(&self, chain: &[NodeId]) -> bool {
+        self.triangles[&ordered(chain[0], chain[1])] == 1
+    }
+
+    /// The first nodes of the two curves among which the triangles at a junction part, the one with fewer first: the bridge takes its wall.
+    fn parting(&self, n: NodeId) -> Option<Front> {
+        let [a, b, c] = self.at[n].as_slice() else {
+            return None;
+        };
+        let count = |x: &(NodeId, EdgeKind)| self.triangles[&ordered(n, x.0)];
+        let mut by_count = [a, b, c];
+        by_count.sort_by_key(|x| count(x));
+        let [few, more, stem] = by_count;
+        let parts = stem.1 == EdgeKind::Junction && count(few) + count(more) == count(stem);
+        parts.then_some([few.0, more.0])
+    }
+
+    /// Where junctions end and two curves go on, in one point or at both ends of an edge; with the first node of either curve.
     fn starts(&self) -> Vec<(Front, Front)> {
         let mut starts = Vec::new();
         for (n, at) in self.at.enumerated().filter(|x| self.is_fork(x.0)) {
@@ -90,6 +119,8 @@ impl Net {
                 && at.iter().all(|x| x.1 != EdgeKind::Rim)
             {
                 starts.push(([n, n], [a, b]));
+            } else if let Some(firsts) = self.parting(n) {
+                starts.push(([n, n], firsts));
             }
         }
         for &[n, m] in &self.edges {
@@ -104,7 +135,17 @@ impl Net {
         starts
     }
 
-    /// The nodes of a crease from `from` over `first` to where it ends or forks.
+    /// A chain as far as it goes beside another: a free border has no end of its own where it turns off along the edge of its sheet.
+    fn cut(&self, complex: &MidComplex, chain: &[NodeId], other: &[NodeId]) -> Vec<NodeId> {
+        let (true, Some(&end)) = (self.is_free(chain), other.last()) else {
+            return chain.to_vec();
+        };
+        let far = |&n: &NodeId| complex.nodes[n].point.distance(complex.nodes[end].point);
+        let nearest = (1..chain.len()).min_by(|&i, &j| far(&chain[i]).total_cmp(&far(&chain[j])));
+        chain[..=nearest.unwrap_or(1)].to_vec()
+    }
+
+    /// The nodes of a curve from `from` over `first` to where it ends or forks.
     fn chain(&self, from: NodeId, first: NodeId) -> Vec<NodeId> {
         let mut chain = vec![from, first];
         while let [before, last] = chain[chain.len() - 2..] {
@@ -280,6 +321,59 @@ mod tests {
         assert_eq!(complex.triangles.len(), 48 + 7);
         assert_eq!((complex.euler(), complex.pieces()), (euler, 1));
         assert!(complex.check().is_empty());
+    }
+
+    /// A fifth wall, `high` above the plane, stands on the upper of the two sheets; its free border cuts off the corner at the rim.
+    fn five(high: f64) -> MidComplex {
+        let mut complex = cross(0.01, 3, false);
+        let first = complex.nodes.len() as u32;
+        for i in 0..7 {
+            complex.nodes.push(MidNode {
+                point: DVec3::new(f64::from(i), 0.0, high),
+                supports: Default::default(),
+            });
+        }
+        let (foot, top) = (NodeId, |i| NodeId(first + i));
+        for i in 0..6 {
+            complex.triangles.push(MidTriangle {
+                nodes: [foot(i), top(i), top(i + 1)],
+                wall: WallId(4),
+            });
+            if i < 5 {
+                complex.triangles.push(MidTriangle {
+                    nodes: [foot(i), top(i + 1), foot(i + 1)],
+                    wall: WallId(4),
+                });
+            }
+        }
+        complex
+    }
+
+    #[test]
+    fn a_junction_of_five_that_parts_twice_is_bridged_twice() {
+        let mut complex = five(0.8);
+        let (euler, before) = (complex.euler(), complex.triangles.len());
+        assert!(zip(&mut complex, &|_| 1.0));
+        // The notch of the fifth wall is filled with a triangle of that wall: its foot reaches the rim.
+        assert_eq!(complex.triangles.len(), before + 1);
+        assert_eq!(
+            complex.triangles[complex.triangles.ids().last().unwrap()].wall,
+            WallId(4)
+        );
+        // Then three walls and two lie side by side to the rim.
+        assert!(zip(&mut complex, &|_| 1.0));
+        assert_eq!(complex.triangles.len(), before + 1 + 7);
+        assert!(!zip(&mut complex, &|_| 1.0));
+        assert_eq!((complex.euler(), complex.pieces()), (euler, 1));
+        assert!(complex.check().is_empty());
+    }
+
+    #[test]
+    fn a_notch_wider_than_the_walls_are_thick_stays() {
+        let before = five(1.5);
+        let mut complex = before.clone();
+        zip(&mut complex, &|_| 1.0);
+        assert_eq!(complex, before);
     }
 
     #[test]
