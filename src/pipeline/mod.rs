@@ -248,6 +248,7 @@ fn meshed(
         let complex = remesh::polish(complex, &field, held, &options);
         let complex = mended(complex, held);
         let complex = connected(complex, |c| remesh::without_flat(c, held));
+        let complex = unfinned(complex, held);
         let mut complex = connected(complex, |c| remesh::unfold(c, held));
         open_pinholes(&mut complex);
         complex
@@ -377,6 +378,21 @@ fn mended(mut complex: MidComplex, medial: &dyn Placer) -> MidComplex {
         (complex, left) = (next, now);
     }
     complex
+}
+
+/// The complex without the folded fins that contractions have left: pockets which have become a ring, and the like.
+fn unfinned(complex: MidComplex, medial: &dyn Placer) -> MidComplex {
+    let before = folds(&complex);
+    if before == 0 {
+        return complex;
+    }
+    let pruned = connected(complex.clone(), |c| prune::prune(c, medial).0);
+    // What stands for no wall but is not folded either is not for this stage.
+    if folds(&pruned) < before {
+        pruned
+    } else {
+        complex
+    }
 }
 
 /// The complex without what is far smaller than an element.
