@@ -4,6 +4,7 @@ mod clock;
 mod dump;
 mod error;
 mod facts;
+mod fins;
 mod inspect;
 mod memory;
 mod merge;
@@ -248,7 +249,7 @@ fn meshed(
         let complex = remesh::polish(complex, &field, held, &options);
         let complex = mended(complex, held);
         let complex = connected(complex, |c| remesh::without_flat(c, held));
-        let complex = unfinned(complex, held);
+        let complex = connected(complex, |c| fins::unfinned(c, held));
         let mut complex = connected(complex, |c| remesh::unfold(c, held));
         open_pinholes(&mut complex);
         complex
@@ -378,21 +379,6 @@ fn mended(mut complex: MidComplex, medial: &dyn Placer) -> MidComplex {
         (complex, left) = (next, now);
     }
     complex
-}
-
-/// The complex without the folded fins that contractions have left: pockets which have become a ring, and the like.
-fn unfinned(complex: MidComplex, medial: &dyn Placer) -> MidComplex {
-    let before = folds(&complex);
-    if before == 0 {
-        return complex;
-    }
-    let pruned = connected(complex.clone(), |c| prune::prune(c, medial).0);
-    // What stands for no wall but is not folded either is not for this stage.
-    if folds(&pruned) < before {
-        pruned
-    } else {
-        complex
-    }
 }
 
 /// The complex without what is far smaller than an element.
