@@ -180,7 +180,9 @@ impl<'a> Medial<'a> {
 
     /// The same for another pairing of the same solid.
     pub fn paired(&self, aag: &Aag, pairing: &Pairing) -> Self {
-        Self::on(Arc::clone(&self.ground), self.brep, aag, pairing)
+        let mut new = Self::on(Arc::clone(&self.ground), self.brep, aag, pairing);
+        new.let_bevels_stand(self.slants.bevels_stand);
+        new
     }
 
     fn on(ground: Arc<Ground>, brep: &'a Brep, aag: &Aag, pairing: &Pairing) -> Self {
@@ -252,6 +254,12 @@ impl<'a> Medial<'a> {
         };
         medial.slants = Slants::new(&medial, brep, aag, pairing);
         medial
+    }
+
+    /// Whether rims go on above bevels, as far as the end face. So they do until the sheets are untangled: cut back from either side, a raw sheet narrower than the wall is thick
+    /// would have no width left.
+    pub fn let_bevels_stand(&mut self, stand: bool) {
+        self.slants.bevels_stand = stand;
     }
 
     /// The nearest point of a surface; `hint`: where the last search ended, only to make this one faster.

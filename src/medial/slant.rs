@@ -46,6 +46,8 @@ struct Cut {
 pub(super) struct Slants {
     /// By lateral surface.
     cuts: Vec<SmallVec<[Cut; 2]>>,
+    /// Whether rims go on above bevels for now.
+    pub bevels_stand: bool,
 }
 
 impl Slants {
@@ -101,7 +103,10 @@ impl Slants {
                 }
             }
         }
-        Self { cuts }
+        Self {
+            cuts,
+            bevels_stand: false,
+        }
     }
 
     /// How deep below a lateral surface a rim lies, mm. `normal`: of the surface there; `mids`: wall, unit mid normal and thickness of the sheets that end there.
@@ -120,7 +125,8 @@ impl Slants {
                 normal.reject_from(across).length(),
             );
             let deep = |c: &Cut| c.share * (thickness / 2.0 * lying + c.leg * standing);
-            let here = cuts.iter().filter(|c| c.wall == w);
+            let stands = |c: &Cut| self.bevels_stand && c.leg > 0.0;
+            let here = cuts.iter().filter(|c| c.wall == w && !stands(c));
             here.map(deep).reduce(f64::max)
         };
         mids.iter().filter_map(of).fold(0.0, f64::max)

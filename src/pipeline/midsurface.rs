@@ -171,7 +171,11 @@ fn candidate(
         }
         collapsed
     });
-    let medial = clock.time("midpoint", || Medial::new(brep, aag, &pairing));
+    let medial = clock.time("midpoint", || {
+        let mut medial = Medial::new(brep, aag, &pairing);
+        medial.let_bevels_stand(true);
+        medial
+    });
     let complex = clock.time("midpoint", || {
         let (walls, _) = extract::cell_walls(
             brep,

@@ -152,10 +152,12 @@ fn mesh_solid(
     dump.import(piece)?;
     let found = midsurface::mid_surface(seen, clock)?;
     dump.mid_surface(piece, &found)?;
-    let medial = Medial::new(brep, &found.aag, &found.pairing);
+    let mut medial = Medial::new(brep, &found.aag, &found.pairing);
+    medial.let_bevels_stand(true);
     let sizing = clock.time("size", || sizing(brep, &found, &medial, options));
     let (fair, leaves) = inside(&found, &medial, clock);
     dump.complex("fair", &fair)?;
+    medial.let_bevels_stand(false);
     let sizing = clock.time("size", || sizing.afforded(&asked(&fair, &sizing, &medial)));
     let kinked = clock.time("kinks", || {
         let kinked = kinks::kinks(&fair, brep, &found.aag, &found.pairing, &medial)?;
