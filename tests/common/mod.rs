@@ -27,6 +27,7 @@ macro_rules! for_all_fixtures {
                 fillet_one_side,
                 fillet_stepped,
                 fillet_variable,
+                five_arms,
                 flange_thin_web_thick,
                 flat_plate,
                 half_sphere,
@@ -67,7 +68,6 @@ macro_rules! for_all_fixtures {
             unmet: [
                 blade,
                 fillet_wide,
-                five_arms,
                 lens_duct,
                 rounded_rim,
                 spiral,

@@ -99,16 +99,21 @@ impl Net {
     }
 
     /// The first nodes of the two curves among which the triangles at a junction part, the one with fewer first: the bridge takes its wall.
+    /// Of three curves the third is for the next time.
     fn parting(&self, n: NodeId) -> Option<Front> {
-        let [a, b, c] = self.at[n].as_slice() else {
+        let count = |x: &(NodeId, EdgeKind)| self.triangles[&ordered(n, x.0)];
+        let mut at = self.at[n].clone();
+        at.sort_by_key(count);
+        let (stem, parts) = at.split_last()?;
+        let [few, more, ..] = parts else {
             return None;
         };
-        let count = |x: &(NodeId, EdgeKind)| self.triangles[&ordered(n, x.0)];
-        let mut by_count = [a, b, c];
-        by_count.sort_by_key(|x| count(x));
-        let [few, more, stem] = by_count;
-        let parts = stem.1 == EdgeKind::Junction && count(few) + count(more) == count(stem);
-        parts.then_some([few.0, more.0])
+        // Where two walls end in one place they are slotted, and their borders are no accident of the labels.
+        if more.1 == EdgeKind::Rim {
+            return None;
+        }
+        let all: usize = parts.iter().map(count).sum();
+        (stem.1 == EdgeKind::Junction && all == count(stem)).then_some([few.0, more.0])
     }
 
     /// Where junctions end and two curves go on, in one point or at both ends of an edge; with the first node of either curve.
