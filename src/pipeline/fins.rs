@@ -5,7 +5,7 @@
 //!
 //! Guarantees: those of `prune` (elementary collapses only), and fewer folds than before or no change at all.
 
-use super::folds;
+use super::tidy::folds;
 use crate::geom::placer::Placer;
 use crate::model::complex::MidComplex;
 use crate::stage::prune::prune;

@@ -5,11 +5,12 @@
 use super::clock::Clock;
 use super::error::PipelineError;
 use super::facts::{solid_facts, wall_facts};
+use super::middle::Middle;
 use super::seen::Seen;
-use super::{Progress, clean, import_options, inside, midsurface, placer, sizing};
+use super::{Progress, import_options, midsurface, solid, tidy};
 use crate::import::{Piece, import_cad_told};
 use crate::inspection::{Inspection, SolidFacts};
-use crate::medial::{Held, Medial};
+use crate::medial::Medial;
 use crate::options::MeshOptions;
 use std::path::Path;
 
@@ -52,13 +53,14 @@ fn inspect_solid(
         Err(PipelineError::NoThinWall { .. }) => return Ok(facts),
         Err(error) => return Err(error),
     };
-    let medial = Medial::new(brep, &found.aag, &found.pairing);
-    let sizing = sizing(brep, &found, &medial, options);
-    let (fair, leaves) = inside(&found, &medial, clock);
-    let held = leaves.then(|| Held::new(&medial));
+    let mut medial = Medial::new(brep, &found.aag, &found.pairing);
+    medial.let_bevels_stand(true);
+    let sizing = solid::sizing(brep, &found, &medial, options);
+    let (fair, leaves) = tidy::untangled(&found, &medial, clock);
+    medial.let_bevels_stand(false);
     // Counted on the raw complex, every crumb of a sheet between two close junction curves would be one.
     let clean = clock.time("clean", || {
-        clean(fair, &sizing, &medial, placer(&medial, &held))
+        tidy::clean(fair, &sizing, &Middle::new(&medial, leaves))
     });
     Ok(wall_facts(facts, brep, &found, &clean))
 }

@@ -1,0 +1,168 @@
+//! From one filled solid to its shell of triangles.
+
+use super::clock::Clock;
+use super::dump::Dump;
+use super::error::PipelineError;
+use super::middle::Middle;
+use super::midsurface::{self, MidSurface};
+use super::report::SolidReport;
+use super::seen::Seen;
+use super::tidy::{self, connected, folds};
+use crate::charts;
+use crate::geom::placer::Placer;
+use crate::medial::Medial;
+use crate::model::brep::Brep;
+use crate::model::complex::MidComplex;
+use crate::model::shell::ShellMesh;
+use crate::options::MeshOptions;
+use crate::stage::kinks::{self, Kinked};
+use crate::stage::remesh::{self, RemeshOptions};
+use crate::stage::size::{self, Sizing};
+use crate::stage::{balance, shell};
+use std::cell::OnceCell;
+
+/// The shell of triangles of one solid.
+pub(super) fn mesh_solid(
+    seen: &Seen,
+    options: &MeshOptions,
+    clock: &mut Clock<'_>,
+) -> Result<(ShellMesh, SolidReport), PipelineError> {
+    let piece = &seen.piece;
+    let brep = &piece.brep;
+    let dump = Dump::new(options, Some(brep.solid_tag))?;
+    dump.import(piece)?;
+    let found = midsurface::mid_surface(seen, clock)?;
+    dump.mid_surface(piece, &found)?;
+    let mut medial = Medial::new(brep, &found.aag, &found.pairing);
+    medial.let_bevels_stand(true);
+    let sizing = clock.time("size", || sizing(brep, &found, &medial, options));
+    let (fair, leaves) = tidy::untangled(&found, &medial, clock);
+    dump.complex("fair", &fair)?;
+    medial.let_bevels_stand(false);
+    let sizing = clock.time("size", || {
+        let middle = Middle::new(&medial, leaves);
+        sizing.afforded(&middle.asked(&fair, &sizing))
+    });
+    let kinked = clock.time("kinks", || {
+        let kinked = kinks::kinks(&fair, brep, &found.aag, &found.pairing, &medial)?;
+        let parted = medial.paired(&found.aag, &kinked.pairing);
+        Some((kinked, parted))
+    });
+    let job = Job {
+        sizing: &sizing,
+        dump: &dump,
+    };
+    let plain = Middle::new(&medial, leaves);
+    let complex = match &kinked {
+        None => {
+            let clean = clock.time("clean", || job.clean(&fair, &plain));
+            job.meshed(clean, &plain, clock)?
+        }
+        Some((kinked, parted)) => {
+            let parted = Middle::new(parted, leaves);
+            job.kinked_or_not(&fair, &plain, kinked, &parted, clock)?
+        }
+    };
+    let mesh = clock.time("shell", || {
+        shell::shell(brep, &found.pairing, &medial, &complex)
+    });
+    let solid = SolidReport::new(brep, &found, sizing.target, &mesh);
+    Ok((mesh, solid))
+}
+
+/// The wanted edge lengths of a solid.
+pub(super) fn sizing(
+    brep: &Brep,
+    found: &MidSurface,
+    medial: &Medial<'_>,
+    options: &MeshOptions,
+) -> Sizing {
+    size::sizing(brep, &found.pairing, options.size, options.size_curvature).eased(
+        brep,
+        &found.pairing,
+        &|p, w| medial.curvature_radius(p, w),
+    )
+}
+
+/// What meshing needs besides a complex and the surfaces that it lies on.
+struct Job<'a> {
+    sizing: &'a Sizing,
+    dump: &'a Dump<'a>,
+}
+
+impl Job<'_> {
+    fn clean(&self, fair: &MidComplex, middle: &Middle<'_>) -> MidComplex {
+        tidy::clean(fair.clone(), self.sizing, middle)
+    }
+
+    /// A clean complex meshed at the wanted sizes.
+    fn meshed(
+        &self,
+        clean: MidComplex,
+        middle: &Middle<'_>,
+        clock: &mut Clock<'_>,
+    ) -> Result<MidComplex, PipelineError> {
+        let Self { sizing, dump } = self;
+        let (field, placer) = (middle.field(sizing), middle.placer());
+        dump.complex("clean", &clean)?;
+        let options = RemeshOptions::default();
+        let complex = clock.time("remesh", || {
+            remesh::remesh(clean, &field, placer, &options).0
+        });
+        dump.complex("remeshed", &complex)?;
+        let complex = clock.time("charts", || {
+            charts::mesh_charts(&complex, &field, placer).complex
+        });
+        dump.complex("charted", &complex)?;
+        let complex = clock.time("polish", || {
+            tidy::unfolded(remesh::polish(complex, &field, placer, &options), placer)
+        });
+        dump.complex("polished", &complex)?;
+        let complex = clock.time("balance", || balance::balance(complex, middle.walls));
+        dump.complex("balanced", &complex)?;
+        Ok(complex)
+    }
+
+    /// Meshed with the kinks cut; without them where that leaves folds and this does not: less exact at steps, but fit for a solver.
+    fn kinked_or_not(
+        &self,
+        fair: &MidComplex,
+        middle: &Middle<'_>,
+        kinked: &Kinked,
+        parted: &Middle<'_>,
+        clock: &mut Clock<'_>,
+    ) -> Result<MidComplex, PipelineError> {
+        let uncut = OnceCell::new();
+        let cleaned = || self.clean(fair, middle);
+        let cut = clock.time("clean", || {
+            let cut = || self.clean(&kinked.complex, parted);
+            if folds(&kinked.complex) == 0 {
+                return cut();
+            }
+            // Where cutting made folds both are mostly wanted.
+            let (made, cut) = rayon::join(cleaned, cut);
+            uncut.get_or_init(|| made);
+            cut
+        });
+        if folds(&cut) > 0 {
+            let uncut = clock.time("clean", || uncut.get_or_init(cleaned));
+            if folds(&cut) > folds(uncut) {
+                return self.meshed(uncut.clone(), middle, clock);
+            }
+        }
+        let cut = kinked.joined(self.meshed(cut, parted, clock)?);
+        // What was parted at a kink has no neighbours there; joined, it may show a fold.
+        let cut = clock.time("polish", || {
+            connected(cut, |c| remesh::unfold(c, middle.placer()))
+        });
+        if folds(&cut) == 0 {
+            return Ok(cut);
+        }
+        let uncut = clock.time("clean", || uncut.get_or_init(cleaned));
+        if folds(uncut) > 0 {
+            return Ok(cut);
+        }
+        let uncut = self.meshed(uncut.clone(), middle, clock)?;
+        Ok(if folds(&uncut) == 0 { uncut } else { cut })
+    }
+}
