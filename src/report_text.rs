@@ -88,7 +88,7 @@ fn audit_table(out: &mut String, audit: &AuditReport) {
     let limits = &audit.limits;
     let maybe = |v: Option<f64>| v.map_or("-".to_owned(), percent);
     let betti = |b: [usize; 3]| b.map(|n| n.to_string()).join(", ");
-    let rows: [(&str, String, String); 15] = [
+    let rows: [(&str, String, String); 16] = [
         (
             "Euler characteristic",
             audit.euler.to_string(),
@@ -135,6 +135,11 @@ fn audit_table(out: &mut String, audit: &AuditReport) {
             String::new(),
         ),
         ("material against volume", signed(audit.mass), String::new()),
+        (
+            "without junction overlaps",
+            signed(audit.mass_once),
+            format!("+- {}", percent(limits.mass)),
+        ),
         (
             "area without a pair of faces",
             percent(audit.unsure_share),

@@ -5,7 +5,7 @@
 //! `doubt` and the extra fields of the options.
 //!
 //! `doubt` is 0 where the audit has nothing against an element; else the sum of euler 1, pieces 2, r-error 4, cover 8, outside 16, thickness 32, free-edges 64,
-//! flipped 128, orientation 256, not-finite 512, orphans 1024, unmeasured 2048, voids 4096
+//! flipped 128, orientation 256, not-finite 512, orphans 1024, unmeasured 2048, voids 4096, mass 8192
 //! ([`DoubtRule::bit`](crate::model::report::DoubtRule::bit)). A wall without mesh has no cell: the report names its faces.
 //!
 //! Reference: VTK file formats, <https://docs.vtk.org/en/latest/vtk_file_formats/vtkxml_file_format.html>.

@@ -34,11 +34,13 @@ pub enum DoubtRule {
     Unmeasured,
     /// The mesh encloses more or fewer voids than the solid.
     Voids,
+    /// Material missing or there twice.
+    Mass,
 }
 
 impl DoubtRule {
     /// All rules, in the order of reports.
-    pub const ALL: [DoubtRule; 13] = [
+    pub const ALL: [DoubtRule; 14] = [
         DoubtRule::Euler,
         DoubtRule::Pieces,
         DoubtRule::RError,
@@ -52,6 +54,7 @@ impl DoubtRule {
         DoubtRule::Orphans,
         DoubtRule::Unmeasured,
         DoubtRule::Voids,
+        DoubtRule::Mass,
     ];
 
     /// Its bit in the cell field `doubt`: 1 for the first of [`DoubtRule::ALL`], 2, 4 and so on.
@@ -140,6 +143,11 @@ impl DoubtRule {
                 "voids",
                 "the mesh encloses a void that the solid has not, or leaves one open that it has, and something else makes up for it in the Euler characteristic",
                 "look at the closed sheets and along the free edges; try another size",
+            ),
+            DoubtRule::Mass => (
+                "mass",
+                "much of the solid's material is missing in the mesh or there twice, also when what walls share at a junction counts once",
+                "look where the thickness is wrong; blocks that no shell stands for are better left solid",
             ),
         }
     }

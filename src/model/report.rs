@@ -147,6 +147,8 @@ pub struct AuditLimits {
     pub outside: f64,
     /// Median relative error of the thickness: stiffness goes with its cube, so that it is off by 15 % there.
     pub thickness_error: f64,
+    /// Share of the solid's material that may be missing or there twice: right meshes of parts with large blocks lack or exceed up to a fifth.
+    pub mass: f64,
     /// Share of free edge length that may lie off the rim: a torn seam is far more, a rounded rim less.
     pub free_off: f64,
     /// Steps of elimination that the homology may cost; beyond, voids are not counted, and the report says so. So many are a fraction of
@@ -176,6 +178,7 @@ impl Default for AuditLimits {
             cover: 0.955,
             outside: 0.0065,
             thickness_error: 0.05,
+            mass: 0.25,
             free_off: 0.05,
             homology_steps: 20_000_000,
         }
@@ -231,8 +234,10 @@ pub struct AuditReport {
     pub free_off: f64,
     /// Length of all free edges.
     pub free_length: f64,
-    /// Sum of area times thickness over volume, less one; junction overlaps make it a little positive.
+    /// Sum of area times thickness over volume, less one: what a solver weighs. Junction overlaps make it a little positive.
     pub mass: f64,
+    /// The same, but what several sheets hold at a junction counts once: what the mesh lacks or has too much of.
+    pub mass_once: f64,
     /// Median relative error of the thickness.
     pub thickness_error: Option<f64>,
     /// Share of the mesh area in elements that no pair of faces places.

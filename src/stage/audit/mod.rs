@@ -12,6 +12,7 @@
 
 mod coverage;
 mod homology;
+mod material;
 mod places;
 mod sampling;
 mod skin;
@@ -58,6 +59,13 @@ pub fn audit_with(
     // Another seed, so that the two sets of samples have nothing to do with each other.
     let seed = seed.wrapping_add(1);
     let coverage = coverage::measure(&skin, mesh, &flat, &topology.free, SAMPLES, seed);
+    // Material over the solid's volume, less one.
+    let against_volume = |material: f64| match skin.volume {
+        volume if volume > 0.0 => material / volume - 1.0,
+        _ => 0.0,
+    };
+    let material = flat.material();
+    let once = material::counted_once(mesh, &flat, &topology, SAMPLES, seed.wrapping_add(1));
     let mut report = AuditReport {
         euler: topology.euler,
         euler_solid: skin.euler,
@@ -77,11 +85,8 @@ pub fn audit_with(
         outside: walls.outside,
         free_off: coverage.free_off,
         free_length: coverage.free_length,
-        mass: if skin.volume > 0.0 {
-            flat.material() / skin.volume - 1.0
-        } else {
-            0.0
-        },
+        mass: against_volume(material),
+        mass_once: against_volume(material * once),
         thickness_error: walls.thickness_error,
         unsure_share: flat.share(|id| mesh.elements[id].unsure),
         flipped: topology.flipped.len(),
@@ -166,6 +171,7 @@ fn beyond(report: &AuditReport) -> Vec<(DoubtRule, f64, f64)> {
                     let (value, limit) = (found as f64, report.betti_solid[2] as f64);
                     (value, limit, value != limit)
                 }
+                DoubtRule::Mass => above(report.mass_once.abs(), limits.mass),
             };
             doubted.then_some((rule, value, limit))
         })

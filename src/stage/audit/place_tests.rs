@@ -54,6 +54,15 @@ fn planted(rule: DoubtRule) -> Planted {
             let place = DVec3::new(30.0, 30.0, 1.5);
             (mesh, place, 43.0, Some(between(0.0, 60.0)))
         }
+        DoubtRule::Mass => {
+            // Of two fifths, so that the median thickness is right.
+            let mut mesh = whole;
+            for i in between(0.0, 40.0) {
+                mesh.elements[ElementId(i as u32)].thickness = [6.0; 4];
+            }
+            let place = DVec3::new(20.0, 30.0, 1.5);
+            (mesh, place, 37.0, Some(between(0.0, 40.0)))
+        }
         DoubtRule::FreeEdges => {
             let half = keep(&whole, |i| i % 20 < 10);
             (half, DVec3::new(50.0, 30.0, 1.5), 30.0, None)

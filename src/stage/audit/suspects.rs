@@ -36,7 +36,9 @@ impl Seen<'_> {
             DoubtRule::Euler => self.euler(),
             DoubtRule::Pieces => self.pieces(),
             DoubtRule::RError => self.astray(Astray::Middle, self.limits.r_error),
-            DoubtRule::Thickness => self.astray(Astray::Thickness, self.limits.thickness_error),
+            DoubtRule::Thickness | DoubtRule::Mass => {
+                self.astray(Astray::Thickness, self.limits.thickness_error)
+            }
             DoubtRule::Outside => self.astray(Astray::Outside, 0.0),
             DoubtRule::Cover => self.coverage.bare.clone(),
             DoubtRule::FreeEdges => self.coverage.off_rim.clone(),

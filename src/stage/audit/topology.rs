@@ -24,6 +24,8 @@ pub(super) struct Topology {
     pub free: Vec<([NodeId; 2], ElementId)>,
     /// Edges of three elements or more, and sharp folds.
     pub special: Vec<[NodeId; 2]>,
+    /// How many of these are of three elements or more.
+    pub junctions: usize,
 }
 
 /// A side of an element: its ends in order of id, the element, whether the element runs from the lower to the higher.
@@ -119,7 +121,10 @@ pub(super) fn look_at(mesh: &ShellMesh) -> Topology {
                     }
                 }
             }
-            _ => out.special.push(ends),
+            _ => {
+                out.special.push(ends);
+                out.junctions += 1;
+            }
         }
     }
     for (id, vector) in mesh.elements.ids().zip(&vectors) {

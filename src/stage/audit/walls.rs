@@ -24,7 +24,7 @@ const BINS: [f64; 4] = [0.005, 0.01, 0.1, 0.2];
 pub(super) struct Flat {
     pub triangles: Vec<[DVec3; 3]>,
     pub areas: Vec<f64>,
-    normals: Vec<DVec3>,
+    pub normals: Vec<DVec3>,
     /// Mean thickness of the element that each came from.
     pub thickness: Vec<f64>,
     pub elements: Vec<ElementId>,
