@@ -60,6 +60,8 @@ const OWN_SIDE: f64 = 2.0;
 /// A point this far above its foot is not in the material below it, as a share of that reach: far above what a step of the placing leaves, far below any gap
 /// that a mesh size resolves.
 const ACROSS_GAP: f64 = 1e-3;
+/// Nor is one this far above the plane of its foot, as a share of that reach, wherever over that plane it is: half a thickness.
+const FAR_ABOVE: f64 = 0.25;
 /// Layers of one wall that lie on each other look the same way, within this cosine.
 const SAME_WAY: f64 = 0.5;
 /// A foot is plumb within this sine; far above rounding, far below what a wrong facet gives.
@@ -333,10 +335,11 @@ impl<'a> Medial<'a> {
         let mut second = self.side_foot(wall, 1, p, second)?;
         let reach = OWN_SIDE * self.thickness[wall];
         // A foot across a gap lies behind the other side's; one that a step overshot lies before it.
-        if first.point.distance_squared(p) > second.point.distance_squared(p) {
-            first = self.own(a, first, p, reach);
+        let [to_first, to_second] = [first, second].map(|foot| foot.point.distance(p));
+        if to_first > to_second {
+            first = self.own(a, first, p, [reach, 2.0 * reach + to_second]);
         } else {
-            second = self.own(b, second, p, reach);
+            second = self.own(b, second, p, [reach, 2.0 * reach + to_first]);
         }
         let feet = self.facing([a, b], [first, second], p, wall);
         Some([
@@ -345,12 +348,19 @@ impl<'a> Medial<'a> {
         ])
     }
 
-    /// The foot itself, unless the point lies straight above it: then it was found across a gap, on another layer of the same wall (a hem, a spiral, ribs closer
-    /// than they are thick), and the nearest place of this layer is meant, if there is one within `reach` that looks the same way.
-    fn own(&self, side: &Surface, foot: Foot, p: DVec3, reach: f64) -> Foot {
-        if side.plane.is_some() || foot.depth(p) >= -ACROSS_GAP * reach || !foot.is_plumb(p) {
+    /// The foot itself, unless the point lies straight above it, or far above its plane: then it was found across a gap, on another layer of the same wall (a hem, a spiral, ribs closer
+    /// than they are thick, the turns of a thread), and the nearest place of this layer is meant, if there is one within reach that looks the same way. From beside the wall, under
+    /// the gap, its reach is the `longer` one.
+    fn own(&self, side: &Surface, foot: Foot, p: DVec3, [reach, longer]: [f64; 2]) -> Foot {
+        let above = -foot.depth(p) / reach;
+        if side.plane.is_some() || above < ACROSS_GAP {
             return foot;
         }
+        let reach = match foot.is_plumb(p) {
+            true => reach,
+            false if above > FAR_ABOVE => longer,
+            false => return foot,
+        };
         let below = |i: usize| {
             let corners = self.ground.facets[side.facets[i]].corners();
             let across = (corners[1] - corners[0]).cross(corners[2] - corners[0]);

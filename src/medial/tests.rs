@@ -310,6 +310,38 @@ fn a_layer_keeps_its_middle_though_another_layer_of_its_wall_is_nearer() {
 }
 
 #[test]
+fn in_what_two_layers_stand_on_a_node_goes_to_the_nearer_layer_and_not_between_them() {
+    let solid = voxels::two_ribs();
+    let (aag, mut pairing) = read(&solid.brep);
+    let sides = [[10.0, 13.0], [11.0, 14.0]].map(|at| {
+        let mut side = at.map(|y| solid.face(|p| p.y == y)).to_vec();
+        side.sort_unstable();
+        side
+    });
+    pairing.walls = [Wall {
+        sides,
+        thickness: 1.0,
+        group: 0,
+    }]
+    .into_iter()
+    .collect();
+    let medial = Medial::new(&solid.brep, &aag, &pairing);
+    for (y, middle) in [
+        (9.8, 10.5),
+        (10.5, 10.5),
+        (11.2, 10.5),
+        (11.8, 10.5),
+        (12.2, 13.5),
+        (12.8, 13.5),
+        (14.3, 13.5),
+    ] {
+        let placed = medial.place(DVec3::new(17.0, y, 1.0), &[Support::Mid(WallId(0))]);
+        let wanted = DVec3::new(17.0, middle, 1.0);
+        assert!(placed.distance(wanted) < 1e-9, "{y}: {placed}");
+    }
+}
+
+#[test]
 fn round_the_inner_edge_of_a_step_the_mid_surface_bends() {
     let solid = step_plate();
     let (aag, pairing) = read(&solid.brep);

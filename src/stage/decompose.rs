@@ -1,7 +1,8 @@
 //! Decompose: labels on the vertices of the filling, and which of its edges run through a wall (design notes, section 3).
 //!
 //! A vertex carries the wall faces it lies on; on a blend, those that the blend joins; elsewhere the nearest wall face. An edge runs through
-//! a wall where its ends carry opposing labels. Cost: one nearest-point query a vertex without label; the rest linear in the edges.
+//! a wall where its ends carry opposing labels, unless it leaves both sides outwards: then it crosses the gap between two layers of one wall (the turns of a thread), in
+//! what both stand on. Cost: one nearest-point query a vertex without label; the rest linear in the edges.
 
 use crate::model::brep::Brep;
 use crate::model::decomposition::{Decomposition, FaceRoles, Labels, Passage};
@@ -12,6 +13,10 @@ use crate::model::walls::Pairing;
 use crate::spatial::TriangleBvh;
 use glam::DVec3;
 use rayon::prelude::*;
+use smallvec::SmallVec;
+
+/// Sine above the face from which an edge leads outwards: far more than the sag of facets, far less than from one flank to another.
+const OUTWARD: f64 = 0.2;
 
 /// Labels every vertex and grades every edge.
 pub fn decompose(
@@ -22,13 +27,20 @@ pub fn decompose(
 ) -> Decomposition {
     let labels = labels(brep, pairing, roles);
     let class = classes(&labels, brep.faces.len());
+    let outward = Outward::new(brep);
+    let across_gap = |[u, v]: [VertexId; 2], [a, b]: [FaceId; 2]| {
+        let way = brep.vertices[v] - brep.vertices[u];
+        outward.leaves(u, a, way) && outward.leaves(v, b, -way)
+    };
     let passage = graph
         .edges
         .as_slice()
         .par_iter()
         .map(|&[u, v]| {
             let (a, b) = (&labels[u], &labels[v]);
-            if a.iter().any(|&x| b.iter().any(|&y| pairing.opposing(x, y))) {
+            let through =
+                |x: FaceId, y: FaceId| pairing.opposing(x, y) && !across_gap([u, v], [x, y]);
+            if a.iter().any(|&x| b.iter().any(|&y| through(x, y))) {
                 Passage::Through
             } else if a.iter().any(|&x| b.iter().any(|&y| class[x] == class[y])) {
                 Passage::Along
@@ -72,6 +84,37 @@ fn labels(brep: &Brep, pairing: &Pairing, roles: &FaceRoles) -> IndexVec<VertexI
             }
         });
     labels
+}
+
+/// The normals of faces at their vertices.
+struct Outward {
+    /// #V each face there with the sum of its facets' areas along their normals.
+    normals: IndexVec<VertexId, SmallVec<[(FaceId, DVec3); 2]>>,
+}
+
+impl Outward {
+    fn new(brep: &Brep) -> Self {
+        let mut normals: IndexVec<VertexId, SmallVec<[(FaceId, DVec3); 2]>> =
+            IndexVec::filled(SmallVec::new(), brep.vertices.len());
+        for (id, facet) in brep.facets.enumerated() {
+            let [p, q, r] = brep.corners(id);
+            let area = (q - p).cross(r - p);
+            for v in facet.corners {
+                let there = &mut normals[v];
+                match there.iter_mut().find(|n| n.0 == facet.face) {
+                    Some(sum) => sum.1 += area,
+                    None => there.push((facet.face, area)),
+                }
+            }
+        }
+        Self { normals }
+    }
+
+    /// Whether this way leads out of the face at a vertex on it. Vertices that only carry a face's label say nothing.
+    fn leaves(&self, vertex: VertexId, face: FaceId, way: DVec3) -> bool {
+        let there = self.normals[vertex].iter().find(|n| n.0 == face);
+        there.is_some_and(|(_, n)| n.dot(way) > OUTWARD * n.length() * way.length())
+    }
 }
 
 /// Wall faces that some vertex carries together belong to one side of the material.

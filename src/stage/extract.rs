@@ -10,7 +10,7 @@ use crate::geom::rim_loops::open_shut;
 use crate::medial::Medial;
 use crate::model::brep::Brep;
 use crate::model::complex::{MidComplex, MidNode, MidTriangle, Support, Supports};
-use crate::model::decomposition::Decomposition;
+use crate::model::decomposition::{Decomposition, Passage};
 use crate::model::ids::{
     FaceId, Id, IndexVec, NodeId, TetEdgeId, TetFaceId, TetId, VertexId, WallId,
 };
@@ -53,7 +53,8 @@ pub fn cell_walls(
         .par_iter()
         .enumerate()
         .map(|(i, &[u, v])| {
-            if !cells[TetEdgeId::new(i)] {
+            let id = TetEdgeId::new(i);
+            if !cells[id] || decomposition.passage[id] != Passage::Through {
                 return None;
             }
             let mut found: SmallVec<[WallId; 4]> = SmallVec::new();

@@ -275,6 +275,18 @@ pub(crate) fn plate(layers: usize) -> Filled {
     filled(grid, |_| true)
 }
 
+/// A plate 2 thick (40 x 24) with two ribs 1 thick and 8 high on it, from y = 10 to 11 and from 13 to 14: two turns of a thread, unrolled.
+pub(crate) fn two_ribs() -> Filled {
+    let across = [(10.0, 3), (11.0, 1), (13.0, 1), (14.0, 1), (24.0, 3)];
+    let grid = [
+        lines(&[(40.0, 10)]),
+        lines(&across),
+        lines(&[(2.0, 1), (10.0, 4)]),
+    ];
+    let rib = |y: f64| (10.0..11.0).contains(&y) || (13.0..14.0).contains(&y);
+    filled(grid, |p| p.z < 2.0 || rib(p.y))
+}
+
 /// The plate with a rib 2 thick and 12 high along its middle y = 12.
 pub(crate) fn tee(layers: usize) -> Filled {
     let y = lines(&[(11.0, 4), (13.0, layers), (24.0, 4)]);

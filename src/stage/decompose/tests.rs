@@ -1,7 +1,7 @@
 use super::*;
 use crate::model::walls::Role;
 use crate::test_parts::stages::stages;
-use crate::test_parts::voxels::{cube, plate, tee};
+use crate::test_parts::voxels::{cube, plate, tee, two_ribs};
 
 #[test]
 fn edges_from_one_side_of_a_plate_to_the_other_run_through() {
@@ -90,4 +90,31 @@ fn a_solid_without_walls_has_no_labels_and_no_passage() {
     assert!(stages.decomposition.labels.iter().all(|l| l.is_empty()));
     let passage = &stages.decomposition.passage;
     assert!(passage.iter().all(|p| *p == Passage::Apart));
+}
+
+#[test]
+fn from_one_layer_of_a_wall_to_the_next_no_edge_runs_through() {
+    let solid = two_ribs();
+    let mut stages = stages(&solid);
+    let flanks = [10.0, 13.0, 11.0, 14.0].map(|y| solid.face(|p| p.y == y));
+    // As if both ribs were turns of one.
+    for (face, colour) in flanks.into_iter().zip([0, 0, 1, 1]) {
+        stages.pairing.side[face] = Some((7, colour));
+    }
+    assert!(stages.pairing.opposing(flanks[2], flanks[1]));
+    let made = decompose(&solid.brep, &stages.graph, &stages.pairing, &stages.roles);
+    let mut checked = [0; 2];
+    for (e, ends) in stages.graph.edges.enumerated() {
+        let [p, q] = ends.map(|v| solid.brep.vertices[v]);
+        let ys = [p.y.min(q.y), p.y.max(q.y)];
+        let through = made.passage[e] == Passage::Through;
+        if p.z == 2.0 && q.z == 2.0 && ys == [11.0, 13.0] {
+            assert!(!through, "{p} {q}");
+            checked[0] += 1;
+        } else if p.z >= 2.0 && q.z >= 2.0 && (ys == [10.0, 11.0] || ys == [13.0, 14.0]) {
+            assert!(through, "{p} {q}");
+            checked[1] += 1;
+        }
+    }
+    assert!(checked.into_iter().all(|n| n > 20), "{checked:?}");
 }
