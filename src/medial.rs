@@ -49,6 +49,9 @@ const LEASH: f64 = 3.0;
 const REACH: f64 = 1.5;
 /// Tangent planes whose unit normals differ by less than this define no middle.
 const LEAST_OPPOSITION: f64 = 0.5;
+/// The ways to two sides that differ by less than this are one way, to rounding. Above it their difference has a middle, however near to the crest where they become one: what is a
+/// small distance off the middle there is seen under a small angle.
+const LEAST_PARTING: f64 = 0.01;
 /// A point this near to its foot, in edge lengths, lies on the surface: which way the rest points is rounding.
 const ON_SURFACE: f64 = 1e-9;
 /// Nodes this near to a common plane, as a share of their largest coordinate, lie in it: CAD files know their own points no better than to 1e-7 mm.
@@ -405,7 +408,7 @@ impl<'a> Medial<'a> {
                 middle([a.normal, b.normal], [a.depth(p), b.depth(p)], beyond).or_else(|| {
                     // At the crest of a rounded rim both sides face the same way: their distances still have a middle.
                     let ((u, to_a), (v, to_b)) = (a.way(p), b.way(p));
-                    middle([u, v], [to_a, to_b], beyond)
+                    middle_if([u, v], [to_a, to_b], beyond, LEAST_PARTING)
                 })
             }
             Support::Face(face) => {
@@ -506,9 +509,14 @@ impl<'a> Medial<'a> {
 
 /// The middle between two tangent planes, if they oppose each other.
 fn middle(normals: [DVec3; 2], depths: [f64; 2], beyond: f64) -> Option<Tangent> {
+    middle_if(normals, depths, beyond, LEAST_OPPOSITION)
+}
+
+/// The same for unit vectors that differ by more than `least`.
+fn middle_if(normals: [DVec3; 2], depths: [f64; 2], beyond: f64, least: f64) -> Option<Tangent> {
     let across = normals[0] - normals[1];
     let length = across.length();
-    (length > LEAST_OPPOSITION).then(|| Tangent {
+    (length > least).then(|| Tangent {
         plane: (across / length, (depths[0] - depths[1]) / length),
         beyond,
         thickness: depths[0] + depths[1],

@@ -1,9 +1,10 @@
 //! Facets that lie in the face beside their own.
 //!
 //! Where a face ends in a curve, gmsh may lay a facet of it between three points of that curve: an ear, which lies in the plane of the face beyond the curve, squarely to its own. What is
-//! asked for its normal gets that of the wrong face. Such a facet is given to the face in which it lies, and the curve passes behind it.
+//! asked for its normal gets that of the wrong face. Such a facet is given to the face in which it lies, and the curve passes behind it. Between four points and more there are several
+//! facets in a row, that go together.
 //!
-//! Guarantees: the facets stay as they are but for their face; every face keeps a facet. Ears upon ears go one after the other.
+//! Guarantees: the facets stay as they are but for their face; every face keeps a facet.
 
 use std::collections::BTreeMap;
 
@@ -18,16 +19,19 @@ const TURNED_COS: f64 = 0.5;
 
 type Side = [VertexId; 2];
 
-/// Gives ears to the faces in which they lie; how many there were.
+/// Ears have few facets; what has more is a face in one plane with another.
+const MOST: usize = 16;
+
+/// Gives ears to the faces in which they lie; how many facets there were.
 pub(super) fn hand_over(brep: &mut Brep) -> usize {
     let beside = Beside::new(brep);
-    let mut waiting: Vec<FacetId> = brep.facets.ids().rev().collect();
     let mut found = 0;
-    while let Some(id) = waiting.pop() {
-        if let Some((face, behind)) = ear(brep, &beside, id) {
-            found += 1;
-            brep.facets[id].face = face;
-            waiting.push(behind);
+    for id in brep.facets.ids() {
+        if let Some((face, facets)) = ear(brep, &beside, id) {
+            found += facets.len();
+            for facet in facets {
+                brep.facets[facet].face = face;
+            }
         }
     }
     if found > 0 {
@@ -82,30 +86,40 @@ fn flat_normal(brep: &Brep, facet: FacetId) -> DVec3 {
     (b - a).cross(c - a).normalize_or_zero()
 }
 
-/// The face that an ear lies in, and its neighbour in its own; `None` where the facet is no ear.
-fn ear(brep: &Brep, beside: &Beside, id: FacetId) -> Option<(FaceId, FacetId)> {
-    let facet = brep.facets[id];
-    let mut own = None;
-    let mut others: Vec<FacetId> = Vec::new();
-    for side in sides(facet.corners) {
-        let neighbour = beside.beyond(side, id)?;
-        if brep.facets[neighbour].face == facet.face {
-            own = Some(neighbour);
-        } else {
-            others.push(neighbour);
+/// The face that an ear lies in, and all facets of the ear; `None` where the facet is part of none.
+fn ear(brep: &Brep, beside: &Beside, id: FacetId) -> Option<(FaceId, Vec<FacetId>)> {
+    let own = brep.facets[id].face;
+    let normal = flat_normal(brep, id);
+    let mut ear = vec![id];
+    let mut lies_in: Option<FaceId> = None;
+    let mut hangs = false;
+    let mut at = 0;
+    while let Some(&facet) = ear.get(at) {
+        at += 1;
+        for side in sides(brep.facets[facet].corners) {
+            let neighbour = beside.beyond(side, facet)?;
+            let face = brep.facets[neighbour].face;
+            let cosine = flat_normal(brep, neighbour).dot(normal);
+            if face != own {
+                // All around it lies one face, in its plane.
+                if cosine <= IN_PLANE_COS || *lies_in.get_or_insert(face) != face {
+                    return None;
+                }
+            } else if cosine > IN_PLANE_COS {
+                if !ear.contains(&neighbour) {
+                    ear.push(neighbour);
+                }
+            } else if cosine < TURNED_COS {
+                hangs = true;
+            } else {
+                return None;
+            }
+        }
+        if ear.len() > MOST {
+            return None;
         }
     }
-    let (own, &[f, g]) = (own?, others.as_slice()) else {
-        return None;
-    };
-    let face = brep.facets[f].face;
-    let normal = flat_normal(brep, id);
-    let lies_in = |f: FacetId| flat_normal(brep, f).dot(normal) > IN_PLANE_COS;
-    let is_ear = brep.facets[g].face == face
-        && lies_in(f)
-        && lies_in(g)
-        && flat_normal(brep, own).dot(normal) < TURNED_COS;
-    is_ear.then_some((face, own))
+    lies_in.filter(|_| hangs).map(|face| (face, ear))
 }
 
 /// Leads the curves along the sides that lie between two faces now.
@@ -208,6 +222,67 @@ mod tests {
         assert_eq!(solid.check(), vec![]);
         // Nothing is left to hand over.
         assert_eq!(hand_over(&mut solid), 0);
+    }
+
+    #[test]
+    fn facets_in_a_row_go_together() {
+        // The sag has two more points: three facets in the plane of the front.
+        let mut points: Vec<DVec3> = sagging().vertices.iter().copied().collect();
+        points.push(DVec3::new(1.0, 0.0, 1.3));
+        points.push(DVec3::new(3.0, 0.0, 1.3));
+        let polygons = [
+            (vec![0, 3, 2, 1], 0),
+            (vec![4, 5, 6, 7], 1),
+            (vec![4, 8, 5], 1),
+            (vec![4, 9, 8], 1),
+            (vec![8, 10, 5], 1),
+            (vec![0, 1, 8], 2),
+            (vec![0, 8, 9], 2),
+            (vec![0, 9, 4], 2),
+            (vec![1, 10, 8], 2),
+            (vec![1, 5, 10], 2),
+            (vec![1, 2, 6, 5], 3),
+            (vec![2, 3, 7, 6], 4),
+            (vec![3, 0, 4, 7], 5),
+        ];
+        let mut solid = brep(points, &polygons, |a, b| (a + b) / 2.0);
+        let along = [4, 9, 8, 10, 5].map(VertexId);
+        let id = solid.curves.push(Curve {
+            tag: 1,
+            faces: vec![FaceId(1), FaceId(2)],
+            segments: along.windows(2).map(|w| [w[0], w[1]]).collect(),
+        });
+        for face in [1, 2] {
+            solid.faces[FaceId(face)].curves.push(id);
+        }
+        assert_eq!(hand_over(&mut solid), 3);
+        let segments = &solid.curves[CurveId(0)].segments;
+        assert_eq!(*segments, [[VertexId(4), VertexId(5)]]);
+        assert_eq!(solid.check(), vec![]);
+    }
+
+    #[test]
+    fn two_faces_of_one_plane_keep_their_facets() {
+        // The front of the box above, cut in two faces by the line to its sag.
+        let mut solid = sagging();
+        let facets: Vec<FacetId> = (solid.facets.enumerated())
+            .filter(|(_, f)| f.face == FaceId(2) && f.corners.contains(&VertexId(4)))
+            .map(|(id, _)| id)
+            .collect();
+        let fresh = solid.faces.push(Face {
+            tag: 9,
+            ..Face::default()
+        });
+        for id in facets {
+            solid.facets[id].face = fresh;
+        }
+        let beside = Beside::new(&solid);
+        let flat: Vec<FacetId> = (solid.facets.enumerated())
+            .filter(|(_, f)| f.face == fresh || f.face == FaceId(2))
+            .map(|(id, _)| id)
+            .collect();
+        assert!(flat.len() > 2);
+        assert!(flat.iter().all(|id| ear(&solid, &beside, *id).is_none()));
     }
 
     #[test]
