@@ -11,6 +11,9 @@ use crate::model::ids::{IndexVec, NodeId, TriangleId, WallId};
 use glam::DVec3;
 use rayon::prelude::*;
 
+/// Cosine of the angle to the mean normal round about up to which a triangle goes on smoothly with its neighbours: 60 degrees, the largest turn of one operation.
+const AGREES: f64 = 0.5;
+
 /// Edge length as a function of place and wall.
 pub(super) type SizeField<'a> = &'a (dyn Fn(DVec3, WallId) -> f64 + Sync);
 
@@ -57,7 +60,8 @@ impl Job<'_> {
             .map(|(t, at)| {
                 let wall = surface.triangle(t).wall;
                 match placer.normal(at, wall) {
-                    Some(normal) => (t, normal, at),
+                    Some(normal) if !only_the_wall_turns(surface, t, normal) => (t, normal, at),
+                    Some(_) => (t, mean_normal(surface, t), DVec3::NAN),
                     None => (t, mean_normal(surface, t), DVec3::NAN),
                 }
             })
@@ -166,6 +170,13 @@ impl Job<'_> {
         self.surface.contract(gone, kept);
         self.guides.remove(gone);
     }
+}
+
+/// Whether a triangle lies against its wall's normal but with all that lies round about: in a lump the nearest places of the two sides change, and with them the
+/// normal, where the sheet goes on smoothly. Turned to such a normal, sound triangles become folds.
+fn only_the_wall_turns(surface: &Surface, t: TriangleId, normal: DVec3) -> bool {
+    let own = area_vector(surface.corners(t));
+    own.dot(normal) < 0.0 && own.normalize_or_zero().dot(mean_normal(surface, t)) > AGREES
 }
 
 /// Mean normal of the triangles of the same wall round a triangle; zero where they cancel out.
