@@ -11,22 +11,7 @@ use std::collections::VecDeque;
 /// Winds each piece of sheet (triangles joined over inner edges) consistently. The side is that of the wall's normal by area, or, where
 /// the wall has none, the one that most of the area had before. A one-sided sheet (a Moebius strip) keeps a seam.
 pub fn orient(complex: &mut MidComplex, placer: &dyn Placer) {
-    // For each triangle its neighbours, and whether the two run the shared edge the same way (one must turn).
-    let mut beside: IndexVec<TriangleId, SmallVec<[(TriangleId, bool); 3]>> =
-        IndexVec::filled(SmallVec::new(), complex.triangles.len());
-    for edge in complex.edges() {
-        if complex.kind(&edge) != EdgeKind::Inner {
-            continue;
-        }
-        let forward = |t: TriangleId| {
-            let n = complex.triangles[t].nodes;
-            (0..3).any(|k| [n[k], n[(k + 1) % 3]] == edge.ends)
-        };
-        let (s, t) = (edge.triangles[0], edge.triangles[1]);
-        let same = forward(s) == forward(t);
-        beside[s].push((t, same));
-        beside[t].push((s, same));
-    }
+    let beside = neighbours(complex);
     let areas: IndexVec<TriangleId, (DVec3, Option<DVec3>)> = complex
         .triangles
         .as_slice()
@@ -70,6 +55,54 @@ pub fn orient(complex: &mut MidComplex, placer: &dyn Placer) {
             }
         }
     }
+}
+
+/// For each triangle its neighbours over inner edges, and whether the two run the shared edge the same way (one must turn).
+fn neighbours(complex: &MidComplex) -> IndexVec<TriangleId, SmallVec<[(TriangleId, bool); 3]>> {
+    let mut beside: IndexVec<TriangleId, SmallVec<[(TriangleId, bool); 3]>> =
+        IndexVec::filled(SmallVec::new(), complex.triangles.len());
+    for edge in complex.edges() {
+        if complex.kind(&edge) != EdgeKind::Inner {
+            continue;
+        }
+        let forward = |t: TriangleId| {
+            let n = complex.triangles[t].nodes;
+            (0..3).any(|k| [n[k], n[(k + 1) % 3]] == edge.ends)
+        };
+        let (s, t) = (edge.triangles[0], edge.triangles[1]);
+        let same = forward(s) == forward(t);
+        beside[s].push((t, same));
+        beside[t].push((s, same));
+    }
+    beside
+}
+
+/// Whether every piece of sheet can be wound one way. Cost: linear in the triangles, but for sorting their edges.
+pub fn two_sided(complex: &MidComplex) -> bool {
+    let beside = neighbours(complex);
+    let mut turned: IndexVec<TriangleId, Option<bool>> =
+        IndexVec::filled(None, complex.triangles.len());
+    let mut queue = VecDeque::new();
+    for first in complex.triangles.ids() {
+        if turned[first].is_some() {
+            continue;
+        }
+        turned[first] = Some(false);
+        queue.push_back((first, false));
+        while let Some((t, turn)) = queue.pop_front() {
+            for &(next, same) in &beside[t] {
+                match turned[next] {
+                    None => {
+                        turned[next] = Some(turn != same);
+                        queue.push_back((next, turn != same));
+                    }
+                    Some(found) if found != (turn != same) => return false,
+                    Some(_) => {}
+                }
+            }
+        }
+    }
+    true
 }
 
 /// Triangles that lie against all their neighbours in the sheet taken together: folded over, whatever the wall's normal is there. The sheets have to be wound
@@ -146,5 +179,42 @@ mod tests {
         // Beyond the ring the triangle of the edge that was passed lies the other way round.
         let passed = folded(&fan(1.2));
         assert_eq!(passed.len(), 1, "{passed:?}");
+    }
+
+    /// A ring of so many quads, each as two triangles; its ends joined straight or turned over.
+    fn ring(quads: u32, over: bool) -> MidComplex {
+        let mut complex = MidComplex::default();
+        for k in 0..quads {
+            let (sin, cos) = (f64::from(k) * std::f64::consts::TAU / f64::from(quads)).sin_cos();
+            for z in [0.0, 1.0] {
+                complex.nodes.push(MidNode {
+                    point: DVec3::new(cos, sin, z),
+                    supports: Default::default(),
+                });
+            }
+        }
+        for k in 0..quads {
+            let [a, b] = [2 * k, 2 * k + 1];
+            let [mut c, mut d] = [2 * ((k + 1) % quads), 2 * ((k + 1) % quads) + 1];
+            if over && k + 1 == quads {
+                (c, d) = (d, c);
+            }
+            for nodes in [[a, c, d], [a, d, b]] {
+                complex.triangles.push(MidTriangle {
+                    nodes: nodes.map(NodeId),
+                    wall: WallId(0),
+                });
+            }
+        }
+        complex
+    }
+
+    #[test]
+    fn a_ring_has_two_sides_and_a_moebius_band_has_one() {
+        assert!(two_sided(&ring(8, false)));
+        assert!(!two_sided(&ring(8, true)));
+        let mut wound_at_random = ring(8, false);
+        wound_at_random.triangles[TriangleId(3)].nodes.swap(0, 1);
+        assert!(two_sided(&wound_at_random));
     }
 }

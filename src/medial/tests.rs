@@ -454,3 +454,52 @@ fn a_flat_side_is_flat_however_the_part_lies() {
     let under = at(19.0, -1.0);
     assert!((under / (2.0 * 2.8) - 1.0).abs() < 0.15, "{under}");
 }
+
+#[test]
+fn beneath_the_crest_of_a_full_rounding_the_middle_is_found_from_beside_it() {
+    // Two quarters of a circle of 1.5 that meet at y = 20: near there the ways to both differ by less than a tangent plane has to, to say anything.
+    let centre = |x: f64| DVec3::new(x, 18.5, 0.0);
+    let quarter = |k: u32| {
+        let turn = f64::from(k) * 11.25f64.to_radians();
+        (18.5 + 1.5 * turn.sin(), -1.5 * turn.cos())
+    };
+    let mut outline = vec![(0.0, -1.5)];
+    outline.extend((0..=16).map(quarter));
+    outline.push((0.0, 1.5));
+    let mut solid = crate::test_parts::prism(&outline, 30.0, |a, b| {
+        let m = (a + b) / 2.0;
+        let round = a.y > 18.4 && b.y > 18.4 && (a.x - b.x).abs() < 30.1;
+        let out = m - centre(m.x);
+        if round && m.x > 0.0 && m.x < 30.0 || round && a.x == b.x {
+            centre(m.x) + out.normalize() * 1.5
+        } else {
+            m
+        }
+    });
+    // Faces 1 to 8 are the lower quarter, 9 to 16 the upper one, 17 is the top.
+    let side = |face: u32| match face {
+        0..=8 => 0,
+        9..=17 => 1,
+        _ => face,
+    };
+    for facet in solid.facets.as_mut_slice() {
+        facet.face = FaceId(side(facet.face.0));
+    }
+    let aag = adjacency(&solid);
+    let mut pairing = Pairing {
+        side: IndexVec::filled(None, solid.faces.len()),
+        ..Pairing::default()
+    };
+    pairing.walls.push(Wall {
+        sides: [vec![FaceId(1)], vec![FaceId(0)]],
+        thickness: 3.0,
+        group: 0,
+    });
+    let medial = Medial::new(&solid, &aag, &pairing);
+    for (y, z) in [(19.0, 0.3), (19.5, 0.177), (19.5, -0.177), (19.8, 0.05)] {
+        let placed = medial.place(DVec3::new(12.0, y, z), &[Support::Mid(WallId(0))]);
+        // The distances differ by the square of the height: steps halve it.
+        assert!(placed.z.abs() < 3e-3, "{y} {z}: {placed}");
+        assert!((placed.y - y).abs() < 0.2 && placed.x == 12.0, "{placed}");
+    }
+}

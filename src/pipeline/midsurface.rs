@@ -5,6 +5,7 @@
 use super::clock::Clock;
 use super::error::PipelineError;
 use super::seen::Seen;
+use crate::geom::orient;
 use crate::medial::Medial;
 use crate::model::brep::Brep;
 use crate::model::complex::MidComplex;
@@ -48,8 +49,8 @@ pub struct MidSurface {
     pub complex: MidComplex,
     /// How well it stands for the solid.
     pub assessment: Assessment,
-    /// Euler characteristic that it must have: half of the boundary's.
-    pub euler: f64,
+    /// Whether its topology is right and all its sheets have two sides.
+    pub right: bool,
     /// The wall width that was asked for.
     pub least_width: f64,
 }
@@ -59,6 +60,7 @@ struct Source<'a> {
     graph: TetGraph,
     aag: Aag,
     sightings: &'a [Sighting],
+    /// Euler characteristic of the mid-surface: half of the boundary's.
     euler: f64,
 }
 
@@ -123,10 +125,10 @@ fn beside_bores() -> [PairOptions; 2] {
     })
 }
 
-/// Right topology first, then the score.
+/// Right topology first, then the score. A wall has two sides, and so has its sheet: one with a single side goes over from a wall's one side to its other, as sheets do where a bore
+/// beside a rim was taken for a wall.
 fn rank(found: &MidSurface) -> (bool, f64) {
-    let right = found.complex.euler() as f64 == found.euler && found.complex.pieces() == 1;
-    (right, found.assessment.score())
+    (found.right, found.assessment.score())
 }
 
 fn candidate(
@@ -211,14 +213,15 @@ fn candidate(
     drop(medial);
     fault("unite", pairing.check().first())?;
     let assessment = clock.time("assess", || assess(brep, sightings, &complex));
-    let (aag, euler) = (aag.clone(), *euler);
+    let right =
+        complex.euler() as f64 == *euler && complex.pieces() == 1 && orient::two_sided(&complex);
     Ok(Some(MidSurface {
-        aag,
+        aag: aag.clone(),
         pairing,
         roles,
         complex,
         assessment,
-        euler,
+        right,
         least_width: options.least_width,
     }))
 }

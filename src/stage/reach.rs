@@ -306,8 +306,8 @@ impl Rims {
             };
             let along = (p(b) - p(a)).normalize_or_zero();
             let inner = p(c) - p(a);
-            // As long as the edge: long edges know better.
-            let away = (along * inner.dot(along) - inner).normalize_or_zero() * p(a).distance(p(b));
+            // As long as the edge: long edges know better. Flat triangles, whose height is rounding, know nothing.
+            let away = (along * inner.dot(along) - inner).clamp_length_max(p(a).distance(p(b)));
             outwards[a] += away;
             outwards[b] += away;
         }

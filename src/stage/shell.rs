@@ -1,6 +1,7 @@
 //! Shell: the finished mid-complex as a shell mesh: sheets, orientation, thickness, provenance.
 
 mod lump;
+mod sides;
 
 use crate::geom::orient::orient;
 use crate::geom::placer::Placer;
@@ -19,7 +20,7 @@ const SURE_OFFSET: f64 = 0.75;
 /// A wall is never thinner than this share of its mean for a solver: knife edges have no thickness, and no solver takes zero.
 const LEAST_THICKNESS: f64 = 0.01;
 
-/// Sheets in the order of their first triangle, elements ordered by sheet, normals the same way round over each sheet.
+/// Sheets in the order of their first triangle, elements ordered by sheet, normals the same way round over each sheet and on over creases.
 pub fn shell(
     brep: &Brep,
     pairing: &Pairing,
@@ -30,6 +31,10 @@ pub fn shell(
     orient(&mut complex, medial);
     let edges = complex.edges();
     let (sheet_of, walls) = sheets(&complex, &edges);
+    let turned = sides::turned(&complex, &edges, &sheet_of);
+    for t in complex.triangles.ids().filter(|&t| turned[sheet_of[t]]) {
+        complex.triangles[t].nodes.swap(1, 2);
+    }
     let mut order: Vec<TriangleId> = complex.triangles.ids().collect();
     order.sort_by_key(|&t| (sheet_of[t], t));
     let material = lump::Material::new(brep);
@@ -38,6 +43,9 @@ pub fn shell(
         .map(|&t| {
             let mut element = element(brep, medial, complex.triangles[t], &complex, sheet_of[t]);
             in_lump(&mut element, &material, &complex);
+            if turned[sheet_of[t]] {
+                element.source_faces.swap(0, 1);
+            }
             element
         })
         .collect();
@@ -48,11 +56,17 @@ pub fn shell(
         nodes: complex.nodes.iter().map(|n| n.point).collect(),
         elements: elements.into(),
         sheets: walls
-            .iter()
-            .map(|&wall| Sheet {
-                solid_tag: brep.solid_tag,
-                wall,
-                sides: [0, 1].map(|s| tags(&pairing.walls[wall].sides[s])),
+            .enumerated()
+            .map(|(sheet, &wall)| {
+                let mut sides = [0, 1].map(|s| tags(&pairing.walls[wall].sides[s]));
+                if turned[sheet] {
+                    sides.swap(0, 1);
+                }
+                Sheet {
+                    solid_tag: brep.solid_tag,
+                    wall,
+                    sides,
+                }
             })
             .collect(),
         ..ShellMesh::default()

@@ -292,6 +292,23 @@ def draw(name, d):
     elif name == "rib_to_fillet":
         ribs(d, 60, 90, 3, 3.0, 40, 2.0)
         d.rect((30, 0, 1.5), (0, 45, 0), (0, 0, 4.5), 1.0)
+    elif name == "countersunk":
+        tools = [o.addDisk(x, y, 1, 2, 2) for x in (22.5, 67.5) for y in (17.5, 52.5)]
+        out, _ = o.cut([(2, o.addRectangle(0, 0, 1, 90, 70))], [(2, k) for k in tools])
+        d.add([k for _, k in out], 2.0)
+    elif name == "countersunk_wide":
+        k = math.tan(pi / 8)
+        q, low = 2 + 1 / k - 1.5, 1.5 * k
+        places = [(x, y) for x in (22.5, 67.5) for y in (17.5, 52.5)]
+        out, _ = o.cut([(2, o.addRectangle(0, 0, 1, 90, 70))], [(2, o.addDisk(x, y, 1, q, q)) for x, y in places])
+        d.add([k for _, k in out], 2.0)
+        for x, y in places:
+            out = o.revolve([(1, d.line((x + 2, y, low), (x + q, y, 1)))], x, y, 0, 0, 0, 1, 2 * pi)
+            d.add([tag for dim, tag in out if dim == 2], lambda x, y, z: 2 * z)
+    elif name == "slot_rim":
+        tools = [o.addRectangle(20, 5, 1, 40, 6), o.addDisk(20, 8, 1, 3, 3), o.addDisk(60, 8, 1, 3, 3)]
+        out, _ = o.cut([(2, o.addRectangle(0, 0, 1, 80, 40))], [(2, k) for k in tools])
+        d.add([k for _, k in out], 2.0)
     else:
         raise SystemExit(f"no ideal mesh for {name}")
     return lift, drop
