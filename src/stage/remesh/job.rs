@@ -61,8 +61,7 @@ impl Job<'_> {
                 let wall = surface.triangle(t).wall;
                 match placer.normal(at, wall) {
                     Some(normal) if !only_the_wall_turns(surface, t, normal) => (t, normal, at),
-                    Some(_) => (t, mean_normal(surface, t), DVec3::NAN),
-                    None => (t, mean_normal(surface, t), DVec3::NAN),
+                    _ => (t, mean_normal(surface, t, true), DVec3::NAN),
                 }
             })
             .collect();
@@ -176,16 +175,97 @@ impl Job<'_> {
 /// normal, where the sheet goes on smoothly. Turned to such a normal, sound triangles become folds.
 fn only_the_wall_turns(surface: &Surface, t: TriangleId, normal: DVec3) -> bool {
     let own = area_vector(surface.corners(t));
-    own.dot(normal) < 0.0 && own.normalize_or_zero().dot(mean_normal(surface, t)) > AGREES
+    // Its own word counts for nothing here: a large fold would vouch for itself.
+    let others = || mean_normal(surface, t, false);
+    own.dot(normal) < 0.0 && own.normalize_or_zero().dot(others()) > AGREES
 }
 
-/// Mean normal of the triangles of the same wall round a triangle; zero where they cancel out.
-fn mean_normal(surface: &Surface, t: TriangleId) -> DVec3 {
+/// Mean normal of the triangles of the same wall round a triangle, with or without itself; zero where they cancel out.
+fn mean_normal(surface: &Surface, t: TriangleId, with_itself: bool) -> DVec3 {
     let wall = surface.triangle(t).wall;
     let nodes = surface.triangle(t).nodes.into_iter();
     let round = nodes.flat_map(|n| surface.star(n).iter());
-    let own = round.filter(|&&s| surface.triangle(s).wall == wall);
-    own.map(|&s| area_vector(surface.corners(s)))
+    round
+        .filter(|&&s| surface.triangle(s).wall == wall && (with_itself || s != t))
+        .map(|&s| area_vector(surface.corners(s)))
         .sum::<DVec3>()
         .normalize_or_zero()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{remesh, start};
+    use super::*;
+    use crate::geom::orient::folded;
+    use crate::model::complex::MidComplex;
+    use crate::stage::test_shapes::sheet;
+
+    /// The plane z = 0 of a wall whose normal is turned within a disc.
+    struct TurnedIn {
+        middle: DVec3,
+        radius: f64,
+    }
+
+    impl Placer for TurnedIn {
+        fn place(&self, start: DVec3, _: &[Support]) -> DVec3 {
+            DVec3::new(start.x, start.y, 0.0)
+        }
+        fn normal(&self, p: DVec3, _: WallId) -> Option<DVec3> {
+            let turned = p.distance(self.middle) < self.radius;
+            Some(if turned { -DVec3::Z } else { DVec3::Z })
+        }
+        fn thickness(&self, _: DVec3, _: WallId) -> Option<f64> {
+            Some(1.0)
+        }
+        fn curvature_radius(&self, _: DVec3, _: WallId) -> f64 {
+            f64::INFINITY
+        }
+    }
+
+    fn plate() -> MidComplex {
+        sheet(6, 6, |u, v| DVec3::new(12.0 * u, 12.0 * v, 0.0))
+    }
+
+    #[test]
+    fn a_wall_that_turns_where_the_sheet_goes_on_makes_no_fold() {
+        let placer = TurnedIn {
+            middle: DVec3::new(5.0, 6.5, 0.0),
+            radius: 2.5,
+        };
+        let options = RemeshOptions::default();
+        let (made, _) = remesh(plate(), &|_, _| 0.7, &placer, &options);
+        assert!(made.triangles.len() > 400);
+        assert!(folded(&made).is_empty());
+        let areas = made.triangles.iter().map(|t| {
+            let [a, b, c] = t.nodes.map(|n| made.nodes[n].point);
+            (b - a).cross(c - a).z / 2.0
+        });
+        let (sum, least) = areas.fold((0.0, f64::INFINITY), |(s, l): (f64, f64), a| {
+            (s + a, l.min(a))
+        });
+        assert!((sum - 144.0).abs() < 1e-9 && least > 0.0, "{sum} {least}");
+    }
+
+    #[test]
+    fn a_triangle_that_is_folded_over_is_still_held_against_its_wall() {
+        let placer = TurnedIn {
+            middle: DVec3::ZERO,
+            radius: 0.0,
+        };
+        let mut complex = plate();
+        // A node inside drawn far across its neighbours.
+        let moved = (complex.nodes.ids())
+            .find(|n| complex.nodes[*n].point.distance(DVec3::new(6.0, 6.0, 0.0)) < 1e-9);
+        let moved = moved.unwrap();
+        complex.nodes[moved].point = DVec3::new(9.5, 6.3, 0.0);
+        let options = RemeshOptions::default();
+        let mut job = start(complex, &placer, &options);
+        job.refresh_references();
+        let against = |t: &TriangleId| area_vector(job.surface.corners(*t)).z < 0.0;
+        let folds: Vec<TriangleId> = job.surface.live_triangles().filter(against).collect();
+        assert!(!folds.is_empty());
+        for t in folds {
+            assert_eq!(job.surface.reference[t], DVec3::Z);
+        }
+    }
 }
