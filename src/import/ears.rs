@@ -92,7 +92,7 @@ fn ear(brep: &Brep, beside: &Beside, id: FacetId) -> Option<(FaceId, Vec<FacetId
     let normal = flat_normal(brep, id);
     let mut ear = vec![id];
     let mut lies_in: Option<FaceId> = None;
-    let mut hangs = false;
+    let mut hanging = 0;
     let mut at = 0;
     while let Some(&facet) = ear.get(at) {
         at += 1;
@@ -110,7 +110,7 @@ fn ear(brep: &Brep, beside: &Beside, id: FacetId) -> Option<(FaceId, Vec<FacetId
                     ear.push(neighbour);
                 }
             } else if cosine < TURNED_COS {
-                hangs = true;
+                hanging += 1;
             } else {
                 return None;
             }
@@ -119,7 +119,8 @@ fn ear(brep: &Brep, beside: &Beside, id: FacetId) -> Option<(FaceId, Vec<FacetId
             return None;
         }
     }
-    lies_in.filter(|_| hangs).map(|face| (face, ear))
+    // On its own face it hangs by one side, the chord; more of them would be corners of that face.
+    lies_in.filter(|_| hanging == 1).map(|face| (face, ear))
 }
 
 /// Leads the curves along the sides that lie between two faces now.
