@@ -534,13 +534,9 @@ fn within(surface: &Surface, plane: Plane, p: DVec3, known: &mut Known, room: f6
 
 /// The plane that all nodes of the facets lie in, if there is one.
 fn common_plane(brep: &Brep, facets: &[FacetId]) -> Option<Plane> {
-    let area = |f: FacetId| {
-        let [a, b, c] = brep.corners(f);
-        (b - a).cross(c - a)
-    };
     let normal = facets
         .iter()
-        .map(|&f| area(f))
+        .map(|&f| brep.area_vector(f))
         .sum::<DVec3>()
         .try_normalize()?;
     let nodes = || {
@@ -556,7 +552,9 @@ fn common_plane(brep: &Brep, facets: &[FacetId]) -> Option<Plane> {
         high = high.max(along);
     }
     let size = nodes().map(|p| p.abs().max_element()).fold(0.0, f64::max);
-    let one_way = facets.iter().all(|&f| area(f).dot(normal) >= 0.0);
+    let one_way = facets
+        .iter()
+        .all(|&f| brep.area_vector(f).dot(normal) >= 0.0);
     (one_way && high - low <= IN_PLANE * size).then(|| Plane {
         normal,
         offset: (low + high) / 2.0,

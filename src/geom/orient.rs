@@ -17,9 +17,11 @@ pub fn orient(complex: &mut MidComplex, placer: &dyn Placer) {
         .as_slice()
         .par_iter()
         .map(|t| {
-            let p = t.nodes.map(|n| complex.nodes[n].point);
-            let normal = placer.normal((p[0] + p[1] + p[2]) / 3.0, t.wall);
-            ((p[1] - p[0]).cross(p[2] - p[0]) / 2.0, normal)
+            let [a, b, c] = complex.corners(t);
+            (
+                complex.area_vector(t),
+                placer.normal((a + b + c) / 3.0, t.wall),
+            )
         })
         .collect::<Vec<_>>()
         .into();
@@ -65,12 +67,9 @@ fn neighbours(complex: &MidComplex) -> IndexVec<TriangleId, SmallVec<[(TriangleI
         if complex.kind(&edge) != EdgeKind::Inner {
             continue;
         }
-        let forward = |t: TriangleId| {
-            let n = complex.triangles[t].nodes;
-            (0..3).any(|k| [n[k], n[(k + 1) % 3]] == edge.ends)
-        };
         let (s, t) = (edge.triangles[0], edge.triangles[1]);
-        let same = forward(s) == forward(t);
+        let runs = |t: TriangleId| complex.triangles[t].runs(edge.ends);
+        let same = runs(s) == runs(t);
         beside[s].push((t, same));
         beside[t].push((s, same));
     }
@@ -108,10 +107,7 @@ pub fn two_sided(complex: &MidComplex) -> bool {
 /// Triangles that lie against all their neighbours in the sheet taken together: folded over, whatever the wall's normal is there. The sheets have to be wound
 /// one way.
 pub fn folded(complex: &MidComplex) -> Vec<TriangleId> {
-    let area = |t: TriangleId| {
-        let [a, b, c] = complex.triangles[t].nodes.map(|n| complex.nodes[n].point);
-        (b - a).cross(c - a)
-    };
+    let area = |t: TriangleId| complex.area_vector(&complex.triangles[t]);
     let mut around = IndexVec::filled(DVec3::ZERO, complex.triangles.len());
     for edge in complex.edges() {
         if complex.kind(&edge) == EdgeKind::Inner {
@@ -135,11 +131,11 @@ pub fn turned(
         .par_iter()
         .copied()
         .filter(|&t| {
-            let triangle = complex.triangles[t];
-            let [a, b, c] = triangle.nodes.map(|n| complex.nodes[n].point);
+            let triangle = &complex.triangles[t];
+            let [a, b, c] = complex.corners(triangle);
             placer
                 .normal((a + b + c) / 3.0, triangle.wall)
-                .is_some_and(|n| (b - a).cross(c - a).dot(n) < 0.0)
+                .is_some_and(|n| complex.area_vector(triangle).dot(n) < 0.0)
         })
         .collect()
 }

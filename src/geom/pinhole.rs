@@ -101,8 +101,7 @@ fn neighbours(complex: &MidComplex) -> IndexVec<TriangleId, SmallVec<[TriangleId
 }
 
 fn area(complex: &MidComplex, t: TriangleId) -> DVec3 {
-    let [a, b, c] = complex.triangles[t].nodes.map(|n| complex.nodes[n].point);
-    (b - a).cross(c - a)
+    complex.area_vector(&complex.triangles[t])
 }
 
 /// How many of these triangles lie against their neighbours or have no area.
@@ -113,13 +112,13 @@ fn folded(
 ) -> usize {
     let is_folded = |t: TriangleId| {
         let own = area(complex, t);
-        let [a, b, c] = complex.triangles[t].nodes.map(|n| complex.nodes[n].point);
+        let [a, b, c] = complex.corners(&complex.triangles[t]);
         let longest = a
             .distance_squared(b)
             .max(b.distance_squared(c))
             .max(c.distance_squared(a));
         let around: DVec3 = beside[t].iter().map(|&s| area(complex, s)).sum();
-        own.length() <= FLAT * longest || own.dot(around) < 0.0
+        2.0 * own.length() <= FLAT * longest || own.dot(around) < 0.0
     };
     near.iter().filter(|&&t| is_folded(t)).count()
 }

@@ -82,8 +82,7 @@ fn sides(c: [VertexId; 3]) -> [Side; 3] {
 }
 
 fn flat_normal(brep: &Brep, facet: FacetId) -> DVec3 {
-    let [a, b, c] = brep.corners(facet);
-    (b - a).cross(c - a).normalize_or_zero()
+    brep.area_vector(facet).normalize_or_zero()
 }
 
 /// The face that an ear lies in, and all facets of the ear; `None` where the facet is part of none.

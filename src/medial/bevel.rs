@@ -137,7 +137,7 @@ impl Place<'_> {
         let mut sum = [0.0; 2];
         for &facet in &self.medial.ground.of_face[face] {
             let [a, b, c]: [DVec3; 3] = self.brep.corners(facet);
-            let area = (b - a).cross(c - a) / 2.0;
+            let area = self.brep.area_vector(facet);
             let feet = self.medial.feet((a + b + c) / 3.0, self.wall)?;
             let normal = feet[1 - self.side].normal;
             sum[0] += area.dot(normal).abs();

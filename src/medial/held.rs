@@ -35,9 +35,9 @@ impl<'a> Held<'a> {
             .as_slice()
             .par_iter()
             .map(|t| {
-                let [a, b, c] = t.nodes.map(|n| complex.nodes[n].point);
+                let [a, b, c] = complex.corners(t);
                 let middle = (a + b + c) / 3.0;
-                let area = (b - a).cross(c - a).length() / 2.0;
+                let area = complex.area_vector(t).length();
                 let held = self.held(middle, &[Support::Mid(t.wall)]);
                 (area, held != middle)
             })

@@ -64,7 +64,7 @@ impl Slants {
             let strips: Vec<f64> = (facets.par_iter())
                 .map(|&facet| {
                     let [a, b, c] = brep.corners(facet);
-                    let area = (b - a).cross(c - a) / 2.0;
+                    let area = brep.area_vector(facet);
                     let normal = medial.normal((a + b + c) / 3.0, w);
                     normal.map_or(0.0, |n| n.dot(area).abs())
                 })

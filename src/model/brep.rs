@@ -78,6 +78,12 @@ impl Brep {
         self.facets[facet].corners.map(|v| self.vertices[v])
     }
 
+    /// The area of a facet along its outward normal, mm².
+    pub fn area_vector(&self, facet: FacetId) -> DVec3 {
+        let [a, b, c] = self.corners(facet);
+        (b - a).cross(c - a) / 2.0
+    }
+
     /// All violations: facets in range, every side matched by one that runs the other way, finite coordinates.
     pub fn check(&self) -> Vec<BrepFault> {
         let mut faults = Vec::new();
@@ -144,10 +150,7 @@ impl Brep {
     pub fn area(&self) -> f64 {
         self.facets
             .ids()
-            .map(|f| {
-                let [a, b, c] = self.corners(f);
-                (b - a).cross(c - a).length() / 2.0
-            })
+            .map(|f| self.area_vector(f).length())
             .sum()
     }
 

@@ -51,6 +51,14 @@ pub struct MidTriangle {
     pub wall: WallId,
 }
 
+impl MidTriangle {
+    /// Whether its boundary runs from the first of the nodes straight to the second.
+    pub fn runs(&self, [from, to]: [NodeId; 2]) -> bool {
+        let n = self.nodes;
+        (0..3).any(|k| [n[k], n[(k + 1) % 3]] == [from, to])
+    }
+}
+
 /// A triangulated, possibly non-manifold mid-surface.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct MidComplex {
@@ -134,6 +142,17 @@ impl MidComplex {
             }));
         }
         edges
+    }
+
+    /// Where the corners of a triangle lie, mm.
+    pub fn corners(&self, triangle: &MidTriangle) -> [DVec3; 3] {
+        triangle.nodes.map(|n| self.nodes[n].point)
+    }
+
+    /// The area of a triangle along the normal that its winding has, mm².
+    pub fn area_vector(&self, triangle: &MidTriangle) -> DVec3 {
+        let [a, b, c] = self.corners(triangle);
+        (b - a).cross(c - a) / 2.0
     }
 
     /// How an edge lies in the complex.

@@ -48,9 +48,11 @@ impl<'a> Middle<'a> {
         let field = self.field(sizing);
         (complex.triangles.as_slice().par_iter())
             .map(|t| {
-                let [a, b, c] = t.nodes.map(|n| complex.nodes[n].point);
-                let area = (b - a).cross(c - a).length() / 2.0;
-                (area, field((a + b + c) / 3.0, t.wall))
+                let [a, b, c] = complex.corners(t);
+                (
+                    complex.area_vector(t).length(),
+                    field((a + b + c) / 3.0, t.wall),
+                )
             })
             .collect()
     }

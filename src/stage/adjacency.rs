@@ -91,8 +91,7 @@ pub fn adjacency(brep: &Brep) -> Aag {
     }
     let mut area = IndexVec::filled(0.0, brep.faces.len());
     for (id, f) in brep.facets.enumerated() {
-        let [a, b, c] = brep.corners(id);
-        area[f.face] += (b - a).cross(c - a).length() / 2.0;
+        area[f.face] += brep.area_vector(id).length();
     }
     Aag {
         arcs,

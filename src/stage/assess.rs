@@ -77,7 +77,7 @@ fn corners(complex: &MidComplex) -> Vec<[DVec3; 3]> {
     complex
         .triangles
         .iter()
-        .map(|t| t.nodes.map(|n| complex.nodes[n].point))
+        .map(|t| complex.corners(t))
         .collect()
 }
 

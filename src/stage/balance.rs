@@ -109,7 +109,7 @@ fn ways(complex: &MidComplex, placer: &dyn Placer) -> IndexVec<TriangleId, Optio
     let mean = |(t, &(normals, offsets, count)): (TriangleId, &(DVec3, f64, usize))| {
         let wall = complex.triangles[t].wall;
         let offset = offsets / 3.0;
-        let centre = complex.triangles[t].nodes.map(|n| complex.nodes[n].point);
+        let centre = complex.corners(&complex.triangles[t]);
         let thickness = placer.thickness(centre.iter().sum::<DVec3>() / 3.0, wall)?;
         let bent = count == 3 && offset.abs() <= BENT * thickness;
         Some((normals.try_normalize().filter(|_| bent)?, offset))
@@ -118,11 +118,11 @@ fn ways(complex: &MidComplex, placer: &dyn Placer) -> IndexVec<TriangleId, Optio
 }
 
 fn areas(complex: &MidComplex) -> IndexVec<TriangleId, DVec3> {
-    let area = |nodes: [NodeId; 3]| {
-        let [a, b, c] = nodes.map(|n| complex.nodes[n].point);
-        (b - a).cross(c - a) / 2.0
-    };
-    complex.triangles.iter().map(|t| area(t.nodes)).collect()
+    complex
+        .triangles
+        .iter()
+        .map(|t| complex.area_vector(t))
+        .collect()
 }
 
 /// What the triangles round a node want of it, by area.

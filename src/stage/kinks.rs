@@ -27,12 +27,11 @@ mod tests;
 
 use crate::medial::Medial;
 use crate::model::brep::Brep;
-use crate::model::complex::{MidComplex, MidTriangle};
+use crate::model::complex::MidComplex;
 use crate::model::disjoint::Disjoint;
 use crate::model::ids::{Id, IndexVec, NodeId, TriangleId, WallId};
 use crate::model::walls::{Aag, Pairing, Wall};
 use cut::Cutter;
-use glam::DVec3;
 use levels::{Class, Levels};
 use std::collections::BTreeMap;
 
@@ -170,7 +169,7 @@ fn absorb(
         }
         let mut area: BTreeMap<u32, f64> = BTreeMap::new();
         for (id, t) in complex.triangles.enumerated() {
-            *area.entry(pieces.find(id.0)).or_default() += area_of(complex, t);
+            *area.entry(pieces.find(id.0)).or_default() += complex.area_vector(t).length();
         }
         let mut borders: BTreeMap<u32, BTreeMap<Option<Class>, f64>> = BTreeMap::new();
         for &([s, t], length) in &inner {
@@ -197,9 +196,4 @@ fn absorb(
             }
         }
     }
-}
-
-fn area_of(complex: &MidComplex, t: &MidTriangle) -> f64 {
-    let [a, b, c]: [DVec3; 3] = t.nodes.map(|n| complex.nodes[n].point);
-    (b - a).cross(c - a).length() / 2.0
 }

@@ -118,7 +118,7 @@ fn links(complex: &MidComplex) -> Vec<Links> {
 /// Whether the two triangles at an edge meet at a fold.
 fn is_fold(complex: &MidComplex, a: TriangleId, b: TriangleId) -> bool {
     let normal = |t: TriangleId, turn: bool| {
-        let [p, q, r] = complex.triangles[t].nodes.map(|n| complex.nodes[n].point);
+        let [p, q, r] = complex.corners(&complex.triangles[t]);
         let n = (q - p).cross(r - p);
         if turn { -n } else { n }
     };

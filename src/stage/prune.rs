@@ -79,7 +79,7 @@ fn idle_sheets(
     let corners: Vec<[DVec3; 3]> = complex
         .triangles
         .iter()
-        .map(|t| t.nodes.map(|n| complex.nodes[n].point))
+        .map(|t| complex.corners(t))
         .collect();
     let mut of_sheet: BTreeMap<u32, Vec<TriangleId>> = BTreeMap::new();
     for t in complex.triangles.ids() {

@@ -205,8 +205,7 @@ fn drown_islands(
     }
     let mut area = vec![0.0; complex.triangles.len()];
     for (id, t) in complex.triangles.enumerated() {
-        let p = t.nodes.map(|n| complex.nodes[n].point);
-        area[sets.find(id.0) as usize] += (p[1] - p[0]).cross(p[2] - p[0]).length() / 2.0;
+        area[sets.find(id.0) as usize] += complex.area_vector(t).length();
     }
     // Border length of every small island to every wall beyond.
     let mut border: BTreeMap<(u32, WallId), f64> = BTreeMap::new();
@@ -235,11 +234,11 @@ fn drown_islands(
         let Some(&(_, wall)) = longest.get(&island) else {
             continue;
         };
-        let [a, b, c] = t.nodes.map(|n| complex.nodes[n].point);
+        let [a, b, c] = complex.corners(t);
         let middle = (a + b + c) / 3.0;
         let off = |w: WallId| beyond(middle, w) > BEYOND * pairing.walls[t.wall].thickness;
         if !off(t.wall) && off(wall) {
-            *own.entry(island).or_default() += (b - a).cross(c - a).length() / 2.0;
+            *own.entry(island).or_default() += complex.area_vector(t).length();
         }
     }
     longest.retain(|s, _| own.get(s).is_none_or(|own| *own < area[*s as usize] / 2.0));

@@ -435,7 +435,7 @@ impl<'a> Cutter<'a> {
             if let &[class] = common.as_slice() {
                 return Some(class);
             }
-            let centre = t.nodes.map(|n| self.complex.nodes[n].point);
+            let centre = self.complex.corners(t);
             let class = self.class(centre.into_iter().sum::<DVec3>() / 3.0, t.wall);
             match class {
                 Some(class) if common.is_empty() || common.contains(&class) => Some(class),

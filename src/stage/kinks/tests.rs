@@ -4,6 +4,7 @@ use crate::stage::adjacency::adjacency;
 use crate::stage::pair::{PairOptions, pair, sight};
 use crate::stage::test_shapes::sheet;
 use crate::test_parts::voxels::{Filled, filled, lines, plate, step_plate};
+use glam::DVec3;
 
 /// A sheet over x from 12 to 30 and y from 0 to 24 of a plate, at height 1.5, cut at its kinks.
 fn cut(solid: &Filled) -> (MidComplex, Option<Kinked>) {

@@ -486,6 +486,5 @@ fn lateral(
 }
 
 fn normal(brep: &Brep, facet: FacetId) -> DVec3 {
-    let [a, b, c] = brep.corners(facet);
-    (b - a).cross(c - a).normalize_or_zero()
+    brep.area_vector(facet).normalize_or_zero()
 }

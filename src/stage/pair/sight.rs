@@ -75,10 +75,7 @@ fn samples(brep: &Brep) -> Vec<(FacetId, f64, f64, f64)> {
     let mut by_face: Vec<(FaceId, FacetId, f64)> = brep
         .facets
         .enumerated()
-        .map(|(id, f)| {
-            let [a, b, c] = brep.corners(id);
-            (f.face, id, (b - a).cross(c - a).length() / 2.0)
-        })
+        .map(|(id, f)| (f.face, id, brep.area_vector(id).length()))
         .collect();
     by_face.sort_unstable_by_key(|&(face, facet, _)| (face, facet));
     let total: f64 = by_face.iter().map(|f| f.2).sum();

@@ -116,8 +116,9 @@ fn landed(node: &MidNode, outwards: DVec3, look: &Look<'_>) -> Option<MidNode> {
 impl Look<'_> {
     /// Outward unit normal of a flat facet.
     fn normal(&self, facet: usize) -> DVec3 {
-        let [a, b, c] = self.brep.corners(FacetId(facet as u32));
-        (b - a).cross(c - a).normalize_or_zero()
+        self.brep
+            .area_vector(FacetId(facet as u32))
+            .normalize_or_zero()
     }
 }
 

@@ -163,7 +163,7 @@ fn strips(
             rims <= RIM_SHARE * all
                 && sheet.iter().all(|&(_, t)| {
                     let triangle = &complex.triangles[t];
-                    let [a, b, c] = triangle.nodes.map(|n| complex.nodes[n].point);
+                    let [a, b, c] = complex.corners(triangle);
                     // Of a strip one triangle wide all nodes lie on its curves: the middles of the sides tell its width.
                     [a, b, c, (a + b) / 2.0, (b + c) / 2.0, (c + a) / 2.0]
                         .into_iter()

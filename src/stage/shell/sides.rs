@@ -14,8 +14,7 @@ pub fn turned(
     let count = sheet_of.iter().map(|s| s.index() + 1).max().unwrap_or(0);
     let mut area: IndexVec<SheetId, f64> = IndexVec::filled(0.0, count);
     for (t, triangle) in complex.triangles.enumerated() {
-        let [a, b, c] = triangle.nodes.map(|n| complex.nodes[n].point);
-        area[sheet_of[t]] += (b - a).cross(c - a).length();
+        area[sheet_of[t]] += complex.area_vector(triangle).length();
     }
     // Of each pair of sheets, the length of their creases over which they are wound against one another, less the rest.
     let mut against: BTreeMap<(SheetId, SheetId), f64> = BTreeMap::new();
@@ -27,16 +26,9 @@ pub fn turned(
         if a == b {
             continue;
         }
-        let forward = |t: TriangleId| {
-            let n = complex.triangles[t].nodes;
-            (0..3).any(|k| [n[k], n[(k + 1) % 3]] == edge.ends)
-        };
         let [p, q] = edge.ends.map(|n| complex.nodes[n].point);
-        let sign = if forward(*s) == forward(*t) {
-            1.0
-        } else {
-            -1.0
-        };
+        let [s, t] = [s, t].map(|&t| complex.triangles[t].runs(edge.ends));
+        let sign = if s == t { 1.0 } else { -1.0 };
         *against.entry((a.min(b), a.max(b))).or_insert(0.0) += sign * (q - p).length();
     }
     let mut pairs: Vec<_> = against.into_iter().collect();

@@ -56,7 +56,7 @@ impl Count {
                 let [a, b, c] = brep.corners(id);
                 Some(Piece {
                     corners: facet.corners,
-                    area: (b - a).cross(c - a).length() / 2.0,
+                    area: brep.area_vector(id).length(),
                     radius: radius((a + b + c) / 3.0, wall),
                     thickness: pairing.walls[wall].thickness,
                 })
