@@ -14,11 +14,17 @@ demo: .venv/.run-ready
 		-o $(OUT)/$(PART).vtu -o $(OUT)/$(PART).inp -o $(OUT)/$(PART).bdf -o $(OUT)/$(PART).msh \
 		--json $(OUT)/$(PART).json --timings
 
+# One group after the other; a failure in one does not keep the rest from running.
 test: .venv/.test-ready
-	tools/with-tools.sh cargo test --locked --no-fail-fast --lib --bins \
-		--test architecture --test attempts --test bad_input --test bad_solids --test cli --test facets --test import
-	tools/with-tools.sh cargo test --locked --no-fail-fast --test export
-	tools/with-tools.sh cargo test --locked --no-fail-fast --test fixtures
+	@status=0; \
+	for group in \
+		'--lib --bins --test architecture --test attempts --test bad_input --test bad_solids --test cli --test facets --test import' \
+		'--test export' \
+		'--test fixtures'; \
+	do \
+		tools/with-tools.sh cargo test --locked --no-fail-fast $$group || status=1; \
+	done; \
+	exit $$status
 
 check:
 	.ci/run

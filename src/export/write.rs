@@ -386,11 +386,14 @@ mod tests {
     #[cfg(target_os = "linux")]
     #[test]
     fn no_rights_is_named_for_root_too() {
-        let result = write_all(&[output(PathBuf::from("/sys/midshell.vtu"), "x")]);
-        assert!(
-            matches!(result, Err(WriteError::NoRights { .. })),
-            "{result:?}"
-        );
+        // Without a kernel behind it (some containers) the folder is one like any other.
+        if Path::new("/sys/kernel").exists() {
+            let result = write_all(&[output(PathBuf::from("/sys/midshell.vtu"), "x")]);
+            assert!(
+                matches!(result, Err(WriteError::NoRights { .. })),
+                "{result:?}"
+            );
+        }
         let folder = tempfile::tempdir().unwrap();
         let closed = folder.path().join("closed.vtu");
         fs::write(&closed, "old").unwrap();
