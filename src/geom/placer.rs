@@ -36,6 +36,12 @@ pub trait Placer: Sync {
         0.0
     }
 
+    /// Whether `point`, on or near the wall, lies outside the material by more than rounding and the sag of facets. Surfaces in closed form have no outside.
+    fn outside(&self, point: DVec3, wall: WallId) -> bool {
+        let _ = (point, wall);
+        false
+    }
+
     /// Radius of the tightest curvature of the wall's mid-surface near `point`, mm; infinite where it is flat.
     fn curvature_radius(&self, point: DVec3, wall: WallId) -> f64;
 }

@@ -38,12 +38,16 @@ impl<'a> Held<'a> {
                 let [a, b, c] = complex.corners(t);
                 let middle = (a + b + c) / 3.0;
                 let area = complex.area_vector(t).length();
-                let held = self.held(middle, &[Support::Mid(t.wall)]);
-                (area, held != middle)
+                (area, self.leaves(middle, t.wall))
             })
             .collect();
         let sum = |only: bool| -> f64 { areas.iter().filter(|a| a.1 || !only).map(|a| a.0).sum() };
         sum(true) / sum(false).max(f64::MIN_POSITIVE)
+    }
+
+    /// Whether a place on a wall would be put back.
+    pub(super) fn leaves(&self, p: DVec3, wall: WallId) -> bool {
+        self.held(p, &[Support::Mid(wall)]) != p
     }
 
     /// Thickness of the thinnest wall among the supports, of a typical one where there is none, mm.
@@ -103,6 +107,10 @@ impl Placer for Held<'_> {
 
     fn beyond(&self, point: DVec3, wall: WallId) -> f64 {
         self.medial.beyond(point, wall)
+    }
+
+    fn outside(&self, point: DVec3, wall: WallId) -> bool {
+        self.leaves(point, wall)
     }
 
     fn curvature_radius(&self, point: DVec3, wall: WallId) -> f64 {

@@ -1,6 +1,6 @@
 //! What stages ask of the medial surfaces: places, normals, thickness, bends.
 
-use super::{Foot, Known, LEAST_OPPOSITION, Medial, STEPS};
+use super::{Foot, Held, Known, LEAST_OPPOSITION, Medial, STEPS};
 use crate::geom::placer::Placer;
 use crate::model::complex::Support;
 use crate::model::ids::WallId;
@@ -61,6 +61,10 @@ impl Placer for Medial<'_> {
     fn beyond(&self, point: DVec3, wall: WallId) -> f64 {
         self.feet(point, wall)
             .map_or(f64::INFINITY, |[a, b]| a.beyond(point).max(b.beyond(point)))
+    }
+
+    fn outside(&self, point: DVec3, wall: WallId) -> bool {
+        Held::new(self).leaves(point, wall)
     }
 
     fn curvature_radius(&self, point: DVec3, wall: WallId) -> f64 {

@@ -64,33 +64,21 @@ fn untangled_by(found: &MidSurface, walls: &Medial<'_>, medial: &dyn Placer) -> 
     let complex = connected(complex, |c| remesh::without_flat(c, medial));
     // Where strips have become curves, what hung between them is a fin.
     let (complex, _) = prune::prune(complex, medial);
-    let complex = unknotted(fair::fair(complex, medial), walls, medial);
+    let complex = unknotted(fair::fair(complex, medial), medial);
     let complex = connected(complex, |c| remesh::without_flat(c, medial));
     let (complex, _) = prune::prune(complex, medial);
     // A junction of five walls parts twice on its way to a rim: the second slit shows when the strips between its curves are gone.
     connected(complex, |c| remesh::merge_slits(c, &thickness, medial))
 }
 
-/// Contracts what is still turned and untangles again, in turns, until a round takes the sheets out of the material: in a ring round a bore all triangles may be turned, and drawn together
-/// it spans the bore. What is left turned then is for the meshing to mend.
-fn unknotted(
-    (mut complex, mut stats): (MidComplex, FairStats),
-    walls: &Medial<'_>,
-    medial: &dyn Placer,
-) -> MidComplex {
-    let held = Held::new(walls);
-    let mut most = None;
+/// Contracts what is still turned and untangles again, in turns.
+fn unknotted((mut complex, mut stats): (MidComplex, FairStats), medial: &dyn Placer) -> MidComplex {
     for _ in 1..KNOT_ROUNDS {
         if stats.turned_after == 0 {
             break;
         }
-        let most = *most.get_or_insert_with(|| 2.0 * held.outside(&complex) + LEAVES);
-        let next = connected(complex.clone(), |c| remesh::contract_turned(c, medial));
-        let (next, after) = fair::fair_again(next, medial);
-        if held.outside(&next) > most {
-            break;
-        }
-        (complex, stats) = (next, after);
+        let next = connected(complex, |c| remesh::contract_turned(c, medial));
+        (complex, stats) = fair::fair_again(next, medial);
     }
     complex
 }

@@ -5,11 +5,13 @@
 //! curve and put back onto it, which brings them into order; then the nodes of turned triangles to the middle of their neighbours, until none is turned.
 //!
 //! Guarantees: topology untouched, and supports but those that shut a closed rim; corners stay; nodes lie on their supports as exactly as before. Exception: where supports
-//! say nothing along a curve (a rim inside a lump), it is smoothed like a string, and a closed one is held open (`Strings`).
+//! say nothing along a curve (a rim inside a lump), it is smoothed like a string, and a closed one is held open (`Strings`); and a node stays off its supports, or where it was, where
+//! they would take its triangles out of the material (`leave`).
 //! Cost: a few placings a curve node; for sheet nodes only near turned triangles.
 //!
 //! Reference: W. T. Tutte, How to draw a graph, Proc. LMS 13 (1963), doi:10.1112/plms/s3-13.1.743: nodes in the middle of their neighbours do not cross.
 
+mod leave;
 mod strings;
 
 use crate::geom::orient::{orient, turned};
@@ -52,7 +54,7 @@ pub fn fair(mut complex: MidComplex, placer: &dyn Placer) -> (MidComplex, FairSt
     let then = before.nodes.iter().map(|n| n.point).collect();
     open_shut(&mut complex, &then, placer);
     let stats = untangle(&mut complex, &net, placer);
-    settle(&mut complex, &before, placer);
+    settle(&mut complex, &before, &net, placer);
     (complex, stats)
 }
 
@@ -71,12 +73,13 @@ pub fn fair_again(mut complex: MidComplex, placer: &dyn Placer) -> (MidComplex, 
         relax(&mut complex, &near, &net.along, placer);
     }
     let stats = untangle(&mut complex, &net, placer);
-    settle(&mut complex, &before, placer);
+    settle(&mut complex, &before, &net, placer);
     (complex, stats)
 }
 
-/// Nodes are drawn towards their supports while they move; here those that did come to lie on them.
-fn settle(complex: &mut MidComplex, before: &MidComplex, placer: &dyn Placer) {
+/// Nodes are drawn towards their supports while they move; here those that did come to lie on them. Where that, or all the moving, takes sheets out of the material, they go back.
+fn settle(complex: &mut MidComplex, before: &MidComplex, net: &Net, placer: &dyn Placer) {
+    let then = complex.clone();
     complex
         .nodes
         .as_mut_slice()
@@ -89,6 +92,8 @@ fn settle(complex: &mut MidComplex, before: &MidComplex, placer: &dyn Placer) {
                 now.point = p;
             }
         });
+    leave::stay(complex, &then, &net.stars, placer);
+    leave::stay(complex, before, &net.stars, placer);
 }
 
 /// Moves the nodes near turned triangles until none is turned or the rounds are over.
