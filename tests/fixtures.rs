@@ -172,6 +172,7 @@ defects!(
     half_of_a_tube_missing: "tube", "half", ["coverage", "area", "rims", "topology: Euler"];
     thickness_wrong: "flat_plate", "thick", ["thickness: off", "thickness: only", "thickness: no element"];
     thickness_wrong_where_it_varies: "wedge", "thick", ["thickness: off", "thickness: only"];
+    thickness_wrong_behind_a_nose: "blade", "thick", ["thickness: off"];
     seam_unmerged: "flat_plate", "seam", ["topology: Euler", "topology: 2 pieces", "rims"];
     seam_round_a_tube_unmerged: "tube", "seam", ["topology: Euler", "topology: 2 pieces", "rims"];
     junction_unmerged: "t_sharp", "torn", ["topology: 3 pieces", "junctions", "rims"];

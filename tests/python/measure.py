@@ -12,7 +12,10 @@ sheet_labels, labels_astray  values of the cell array `sheet`; those that reach 
 area, edge_ratio, flipped    total area; greatest longest edge over shortest; elements folded or turned against a neighbour
 r50, r95, r99, samples       R-error |d1 - d2| / (d1 + d2) at random points of the mesh at least 1.5 thicknesses away from junctions
                              and creases, d1 and d2 the distances to the exact faces on either side; outside the solid it counts 1
-t95, t_area                  the same points' relative thickness error; area by cell thickness: [[thickness, area], ...]
+t95, t_area                  the same points' relative thickness error, but those from where the nearest points of both sides lie the same way: before
+                             the crest of a full rounding a wall's thickness is that of no ball between two sides, and carrying its sides
+                             on, the distance to the rounding and the chord through it are three answers; area by cell thickness:
+                             [[thickness, area], ...]
 cover                        share of the wall area of the solid whose mid-point is within a quarter thickness of the mesh
 free_off, free_length        length of free edges further than a fifth of the thickness from the solid's surface, and of all: a rim lies on
                              a lateral face, a seam torn open half a thickness deep (one on a wall's side fails by R-error and cover)
@@ -44,7 +47,7 @@ def geometry(solid, mesh, rng):
     k, p = k[away], p[away]
     n, e = mesh.normal[k], mesh.element[k]
     reach = 1.6 * solid.thickest
-    side = []
+    side, ways = [], []
     inside = np.ones(len(p), bool)
     for d in (n, -n):
         t, hit = solid.first_hit(p, d, reach)
@@ -54,8 +57,11 @@ def geometry(solid, mesh, rng):
         inside &= leaves
         far = np.full(len(p), np.nan)
         foot, _ = solid.onto(hit[leaves], p[leaves])
-        far[leaves] = np.linalg.norm(foot - p[leaves], axis=1)
+        way = np.zeros((len(p), 3))
+        way[leaves] = foot - p[leaves]
+        far[leaves] = np.linalg.norm(way[leaves], axis=1)
         side.append(far)
+        ways.append(way)
     whole = side[0] + side[1]
     r = np.where(inside, np.abs(side[0] - side[1]) / whole, 1.0)
     # a node on a junction has a thickness for every sheet: only there take the element's own
@@ -64,6 +70,8 @@ def geometry(solid, mesh, rng):
     own = touched[mesh.T[k]].any(axis=1)
     t = np.where(own, mesh.t_element[e], _interpolate(mesh, k, p))
     wrong = np.where(inside, np.abs(t - whole) / whole, 1.0)
+    # what is outside the solid has no ways, and counts
+    wrong = wrong[np.sum(ways[0] * ways[1], axis=1) <= 0]
     q = lambda v, x: float(np.percentile(v, x)) if len(v) else 1.0
     return dict(samples=len(p), r50=q(r, 50), r95=q(r, 95), r99=q(r, 99), t95=q(wrong, 95))
 
