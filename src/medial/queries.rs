@@ -1,6 +1,6 @@
 //! What stages ask of the medial surfaces: places, normals, thickness, bends.
 
-use super::{Foot, Held, Known, LEAST_OPPOSITION, Medial, STEPS};
+use super::{Held, Known, LEAST_OPPOSITION, Medial, STEPS};
 use crate::geom::placer::Placer;
 use crate::model::complex::Support;
 use crate::model::ids::WallId;
@@ -8,9 +8,6 @@ use glam::DVec3;
 
 /// The mid-surface of a step bends this near to its inner edge, in thicknesses: the parabola ends within one, and as far again sizes grow.
 const STEP_REACH: f64 = 2.0;
-
-/// Radii of concentric arcs differ by the thickness; by more than this many times that arcs are not concentric.
-const CONCENTRIC: f64 = 1.5;
 
 impl Medial<'_> {
     /// Radius with which the mid-surface climbs at a step near `point`, mm; infinite where there is none within reach.
@@ -74,14 +71,8 @@ impl Placer for Medial<'_> {
         let Some([a, b]) = self.feet(point, wall) else {
             return f64::INFINITY;
         };
-        let radius = |f: &Foot| 1.0 / self.ground.curvature[f.facet];
-        // The middle of two concentric arcs; where one side is flat, or much flatter than that, the other's word counts for half.
-        let (r, s) = (radius(&a), radius(&b));
-        let bend = if (r - s).abs() <= CONCENTRIC * self.thickness[wall] {
-            (r + s) / 2.0
-        } else {
-            2.0 * r.min(s)
-        };
-        bend.min(self.step_radius(point, wall))
+        // Where both sides bend the same way the middle does as their mean; where they bulge or hollow both, the thickness changes by as much, and wants as short edges.
+        let [k, l] = [a, b].map(|f| self.ground.curvature[f.facet]);
+        (2.0 / (k + l)).min(self.step_radius(point, wall))
     }
 }
