@@ -42,6 +42,7 @@ macro_rules! for_all_fixtures {
                 lens_duct,
                 open_box,
                 perforated,
+                pinhole,
                 plate_holes,
                 plate_pocket,
                 quarter_round,

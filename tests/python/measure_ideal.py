@@ -309,6 +309,9 @@ def draw(name, d):
         tools = [o.addRectangle(20, 5, 1, 40, 6), o.addDisk(20, 8, 1, 3, 3), o.addDisk(60, 8, 1, 3, 3)]
         out, _ = o.cut([(2, o.addRectangle(0, 0, 1, 80, 40))], [(2, k) for k in tools])
         d.add([k for _, k in out], 2.0)
+    elif name == "pinhole":
+        out, _ = o.cut([(2, o.addRectangle(0, 0, 2, 60, 40))], [(2, o.addDisk(25, 18, 2, 0.5, 0.5))])
+        d.add([k for _, k in out], 4.0)
     else:
         raise SystemExit(f"no ideal mesh for {name}")
     return lift, drop

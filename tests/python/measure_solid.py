@@ -26,10 +26,15 @@ class Solid:
         self.loose = sum(not len(gmsh.model.getAdjacencies(2, t)[0]) for t in self.faces)
         surface = sum(gmsh.model.occ.getMass(2, t) for t in self.faces)
         self.thickest = thickest or 3 * 2 * self.volume / surface
-        self._tessellate(volumes)
+        # Round a hole much narrower than the wall a quarter of the thickness leaves too few edges to be a ring: then a finer one.
+        for finest in (4, 16, 64):
+            self._tessellate(volumes, self.thickest / finest)
+            if self.closed:
+                break
 
-    def _tessellate(self, volumes):
-        for name, value in (("MeshSizeMax", self.thickest), ("MeshSizeMin", self.thickest / 4), ("MeshSizeFromCurvature", 36),
+    def _tessellate(self, volumes, finest):
+        gmsh.model.mesh.clear()
+        for name, value in (("MeshSizeMax", self.thickest), ("MeshSizeMin", finest), ("MeshSizeFromCurvature", 36),
                             ("ElementOrder", 1), ("Algorithm", 6), ("RandomSeed", 1)):
             gmsh.option.setNumber("Mesh." + name, value)
         gmsh.model.mesh.generate(2)
