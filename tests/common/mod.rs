@@ -61,6 +61,7 @@ macro_rules! for_all_fixtures {
                 t_fillet,
                 t_sharp,
                 torus_shell,
+                touching,
                 tube,
                 tubes_t,
                 two_solids,

@@ -312,6 +312,9 @@ def draw(name, d):
     elif name == "pinhole":
         out, _ = o.cut([(2, o.addRectangle(0, 0, 2, 60, 40))], [(2, o.addDisk(25, 18, 2, 0.5, 0.5))])
         d.add([k for _, k in out], 4.0)
+    elif name == "touching":
+        d.rect((0, 0, 1.5), (40, 0, 0), (0, 30, 0), 3.0)
+        d.rect((18, 8, 4.5), (40, 0, 0), (0, 30, 0), 3.0)
     else:
         raise SystemExit(f"no ideal mesh for {name}")
     return lift, drop

@@ -101,7 +101,9 @@ class Solid:
                     self.tri[part == s] = self.tri[part == s][:, ::-1]
 
     def first_hit(self, p, d, reach):
-        """distance and triangle (-1: none) where rays from p along unit d first meet the boundary within reach"""
+        """distance and triangle (-1: none) where rays from p along unit d first meet the boundary within reach; where two solids touch the
+        face by which the ray leaves the one, not that by which it enters the other"""
+        touch = 1e-6 * self.thickest
         best, hit = np.full(len(p), np.inf), np.full(len(p), -1)
         for lo in range(0, len(p), 1000):
             near = self.tree.query_ball_point(p[lo:lo + 1000], reach + self.reach)
@@ -127,7 +129,8 @@ class Solid:
                 slack = 1e-9  # of a triangle's size, so that no ray slips between two neighbours
                 ok = (u >= -slack) & (v >= -slack) & (u + v <= 1 + slack) & (t >= 0) & (t <= reach)
             ray, tri, t = ray[ok], tri[ok], t[ok]
-            first = np.lexsort((tri, t, ray))
+            enters = np.sum(self.normal[tri] * d[ray], axis=1) < 0
+            first = np.lexsort((tri, t + np.where(enters, touch, 0), ray))
             ray, tri, t = ray[first], tri[first], t[first]
             keep = np.r_[True, ray[1:] != ray[:-1]] if len(ray) else np.zeros(0, bool)
             best[ray[keep]], hit[ray[keep]] = t[keep], tri[keep]
