@@ -315,6 +315,33 @@ def draw(name, d):
     elif name == "touching":
         d.rect((0, 0, 1.5), (40, 0, 0), (0, 30, 0), 3.0)
         d.rect((18, 8, 4.5), (40, 0, 0), (0, 30, 0), 3.0)
+    elif name == "nut_pocket":
+        r, q = math.sqrt(3), 5 / math.sqrt(3)
+        def hexagon(grow):
+            """the hexagon carried out by `grow`, its corners round"""
+            c = [(30 + 2 * q * math.cos(i * pi / 3), 25 + 2 * q * math.sin(i * pi / 3)) for i in range(6)]
+            n = [(math.cos((2 * i + 1) * pi / 6), math.sin((2 * i + 1) * pi / 6)) for i in range(6)]
+            at = lambda i, j: o.addPoint(c[i][0] + grow * n[j][0], c[i][1] + grow * n[j][1], 0)
+            ends = [(at(i, i), at((i + 1) % 6, i)) for i in range(6)] if grow else None
+            if not grow:
+                k = [o.addPoint(*p, 0) for p in c]
+                return o.addPlaneSurface([o.addCurveLoop([o.addLine(k[i], k[(i + 1) % 6]) for i in range(6)])])
+            curves = []
+            for i in range(6):
+                curves += [o.addLine(*ends[i]), o.addCircleArc(ends[i][1], o.addPoint(*c[(i + 1) % 6], 0), ends[(i + 1) % 6][0])]
+            return o.addPlaneSurface([o.addCurveLoop(curves)])
+        shapes = [o.addRectangle(0, 0, 0, 60, 50), hexagon(r), hexagon(0)]
+        for k in shapes:
+            out, _ = o.cut([(2, k)], [(2, o.addDisk(30, 25, 0, 2.2, 2.2))])
+            d.add([tag for _, tag in out], lambda x, y, z: 2 * z)
+        def lift(p):
+            # in the sector of the side: beyond its ends the distance is that to a corner
+            w = p[:, :2] - [30, 25]
+            a = np.mod(np.arctan2(w[:, 1], w[:, 0]), pi / 3) - pi / 6
+            rho = np.hypot(w[:, 0], w[:, 1])
+            off, along = rho * np.cos(a) - 5, np.abs(rho * np.sin(a)) - q
+            far = np.where(off > 0, np.hypot(off, np.maximum(along, 0)), 0)
+            return np.c_[p[:, :2], 1.5 + np.minimum(far, r) ** 2 / 6]
     else:
         raise SystemExit(f"no ideal mesh for {name}")
     return lift, drop
