@@ -342,6 +342,11 @@ def draw(name, d):
             off, along = rho * np.cos(a) - 5, np.abs(rho * np.sin(a)) - q
             far = np.where(off > 0, np.hypot(off, np.maximum(along, 0)), 0)
             return np.c_[p[:, :2], 1.5 + np.minimum(far, r) ** 2 / 6]
+    elif name == "nut_boss":
+        out, _ = o.cut([(2, o.addRectangle(-25, -20, 1.5, 50, 40))], [(2, o.addDisk(0, 0, 1.5, 2.1, 2.1))])
+        d.add([k for _, k in out], 3.0)
+        k = [o.addPoint(10 / math.sqrt(3) * math.cos(i * pi / 3), 10 / math.sqrt(3) * math.sin(i * pi / 3), 1.5) for i in range(6)]
+        d.sweep([o.addLine(k[i], k[(i + 1) % 6]) for i in range(6)], (0, 0, 9.5), 2.0)
     else:
         raise SystemExit(f"no ideal mesh for {name}")
     return lift, drop
