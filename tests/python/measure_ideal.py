@@ -347,6 +347,28 @@ def draw(name, d):
         d.add([k for _, k in out], 3.0)
         k = [o.addPoint(10 / math.sqrt(3) * math.cos(i * pi / 3), 10 / math.sqrt(3) * math.sin(i * pi / 3), 1.5) for i in range(6)]
         d.sweep([o.addLine(k[i], k[(i + 1) % 6]) for i in range(6)], (0, 0, 9.5), 2.0)
+    elif name == "spot_tray":
+        wall, low, c = 2.5, -3.25, 1.0
+        floor, rings = o.addRectangle(0, 0, low, 20, 16), []
+        for big, small in ((4 + c, 4), (4, 1.5)):
+            out, _ = o.cut([(2, o.addDisk(10, 8, low, big, big))], [(2, o.addDisk(10, 8, low, small, small))])
+            rings += [k for _, k in out]
+        out, _ = o.cut([(2, floor)], [(2, o.addDisk(10, 8, low, 4 + c, 4 + c))])
+        d.add([k for _, k in out], wall)
+        d.add(rings, lambda x, y, z: 2 * (z + 4.5))
+        def lift(p):
+            far = np.hypot(p[:, 0] - 10, p[:, 1] - 8)
+            floor = (p[:, 2] < low + 1e-9) & (far < 4 + c + 1e-9)
+            return np.c_[p[:, :2], np.where(floor, low - 0.25 + np.clip(far - 4, 0, c) ** 2 / 4, p[:, 2])]
+        corners = [(0, 0, pi), (20, 0, -pi / 2), (20, 16, 0), (0, 16, pi / 2)]
+        for i, (x, y, a) in enumerate(corners):
+            u, v = corners[i - 1][:2]
+            p, q = x - low * math.cos(a), y - low * math.sin(a)
+            k = [o.addPoint(*at) for at in ((x, y, low), (x, y, 0), (p, q, 0), (p, q, 2))]
+            section = [o.addCircleArc(k[0], k[1], k[2]), o.addLine(k[2], k[3])]
+            turned = o.revolve(o.copy([(1, e) for e in section]), x, y, 0, 0, 0, 1, pi / 2)
+            d.add([tag for dim, tag in turned if dim == 2], wall)
+            d.sweep(section, (u - x, v - y, 0), wall)
     else:
         raise SystemExit(f"no ideal mesh for {name}")
     return lift, drop
