@@ -58,6 +58,7 @@ macro_rules! for_all_fixtures {
                 slanted_rim,
                 slot_rim,
                 slots,
+                split_tube,
                 spot_tray,
                 step_flush,
                 step_symmetric,

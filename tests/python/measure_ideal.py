@@ -369,6 +369,8 @@ def draw(name, d):
             turned = o.revolve(o.copy([(1, e) for e in section]), x, y, 0, 0, 0, 1, pi / 2)
             d.add([tag for dim, tag in turned if dim == 2], wall)
             d.sweep(section, (u - x, v - y, 0), wall)
+    elif name == "split_tube":
+        d.sweep([o.addCircle(0, 0, 0, 10.5)], (0, 0, 16), 3.0)
     else:
         raise SystemExit(f"no ideal mesh for {name}")
     return lift, drop
