@@ -72,6 +72,7 @@ macro_rules! for_all_fixtures {
                 two_thickness,
                 u_bend,
                 wedge,
+                wide_rim,
                 x_cross,
                 y_plates,
                 z_bend,
