@@ -64,6 +64,7 @@ macro_rules! for_all_fixtures {
                 step_symmetric,
                 t_fillet,
                 t_sharp,
+                tight_bend,
                 torus_shell,
                 touching,
                 tube,

@@ -373,6 +373,8 @@ def draw(name, d):
         d.sweep([o.addCircle(0, 0, 0, 10.5)], (0, 0, 16), 3.0)
     elif name == "wide_rim":
         ribs(d, 60, 40, 3, 3.0, 3.6, 3.0)
+    elif name == "tight_bend":
+        d.profile([(30, 1.5), (1.5, 1.5), (1.5, 24)], 2.7, 15, 3.0)
     else:
         raise SystemExit(f"no ideal mesh for {name}")
     return lift, drop
