@@ -40,6 +40,7 @@ macro_rules! for_all_fixtures {
                 l_bend,
                 l_sharp,
                 lens_duct,
+                meeting_point,
                 nut_boss,
                 nut_pocket,
                 open_box,

@@ -375,6 +375,9 @@ def draw(name, d):
         ribs(d, 60, 40, 3, 3.0, 3.6, 3.0)
     elif name == "tight_bend":
         d.profile([(30, 1.5), (1.5, 1.5), (1.5, 24)], 2.7, 15, 3.0)
+    elif name == "meeting_point":
+        ribs(d, 60, 50, 3, 3.0, 20, 2.0)
+        d.rect((30, 25, 1.5), (0, 25, 0), (0, 0, 21.5), 2.0)
     else:
         raise SystemExit(f"no ideal mesh for {name}")
     return lift, drop
