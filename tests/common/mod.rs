@@ -57,6 +57,7 @@ macro_rules! for_all_fixtures {
                 rib_to_fillet,
                 ribs_crossing,
                 slanted_rim,
+                sliver_rim,
                 slot_rim,
                 slots,
                 split_tube,

@@ -378,6 +378,8 @@ def draw(name, d):
     elif name == "meeting_point":
         ribs(d, 60, 50, 3, 3.0, 20, 2.0)
         d.rect((30, 25, 1.5), (0, 25, 0), (0, 0, 21.5), 2.0)
+    elif name == "sliver_rim":
+        d.rect((0, 0, 1.5), (50, 0, 0), (0, 40, 0), 3.0)
     else:
         raise SystemExit(f"no ideal mesh for {name}")
     return lift, drop
