@@ -309,6 +309,77 @@ def draw(name, d):
         tools = [o.addRectangle(20, 5, 1, 40, 6), o.addDisk(20, 8, 1, 3, 3), o.addDisk(60, 8, 1, 3, 3)]
         out, _ = o.cut([(2, o.addRectangle(0, 0, 1, 80, 40))], [(2, k) for k in tools])
         d.add([k for _, k in out], 2.0)
+    elif name == "pinhole":
+        out, _ = o.cut([(2, o.addRectangle(0, 0, 2, 60, 40))], [(2, o.addDisk(25, 18, 2, 0.5, 0.5))])
+        d.add([k for _, k in out], 4.0)
+    elif name == "touching":
+        d.rect((0, 0, 1.5), (40, 0, 0), (0, 30, 0), 3.0)
+        d.rect((18, 8, 4.5), (40, 0, 0), (0, 30, 0), 3.0)
+    elif name == "nut_pocket":
+        r, q = math.sqrt(3), 5 / math.sqrt(3)
+        def hexagon(grow):
+            """the hexagon carried out by `grow`, its corners round"""
+            c = [(30 + 2 * q * math.cos(i * pi / 3), 25 + 2 * q * math.sin(i * pi / 3)) for i in range(6)]
+            n = [(math.cos((2 * i + 1) * pi / 6), math.sin((2 * i + 1) * pi / 6)) for i in range(6)]
+            at = lambda i, j: o.addPoint(c[i][0] + grow * n[j][0], c[i][1] + grow * n[j][1], 0)
+            ends = [(at(i, i), at((i + 1) % 6, i)) for i in range(6)] if grow else None
+            if not grow:
+                k = [o.addPoint(*p, 0) for p in c]
+                return o.addPlaneSurface([o.addCurveLoop([o.addLine(k[i], k[(i + 1) % 6]) for i in range(6)])])
+            curves = []
+            for i in range(6):
+                curves += [o.addLine(*ends[i]), o.addCircleArc(ends[i][1], o.addPoint(*c[(i + 1) % 6], 0), ends[(i + 1) % 6][0])]
+            return o.addPlaneSurface([o.addCurveLoop(curves)])
+        shapes = [o.addRectangle(0, 0, 0, 60, 50), hexagon(r), hexagon(0)]
+        for k in shapes:
+            out, _ = o.cut([(2, k)], [(2, o.addDisk(30, 25, 0, 2.2, 2.2))])
+            d.add([tag for _, tag in out], lambda x, y, z: 2 * z)
+        def lift(p):
+            # in the sector of the side: beyond its ends the distance is that to a corner
+            w = p[:, :2] - [30, 25]
+            a = np.mod(np.arctan2(w[:, 1], w[:, 0]), pi / 3) - pi / 6
+            rho = np.hypot(w[:, 0], w[:, 1])
+            off, along = rho * np.cos(a) - 5, np.abs(rho * np.sin(a)) - q
+            far = np.where(off > 0, np.hypot(off, np.maximum(along, 0)), 0)
+            return np.c_[p[:, :2], 1.5 + np.minimum(far, r) ** 2 / 6]
+    elif name == "nut_boss":
+        out, _ = o.cut([(2, o.addRectangle(-25, -20, 1.5, 50, 40))], [(2, o.addDisk(0, 0, 1.5, 2.1, 2.1))])
+        d.add([k for _, k in out], 3.0)
+        k = [o.addPoint(10 / math.sqrt(3) * math.cos(i * pi / 3), 10 / math.sqrt(3) * math.sin(i * pi / 3), 1.5) for i in range(6)]
+        d.sweep([o.addLine(k[i], k[(i + 1) % 6]) for i in range(6)], (0, 0, 9.5), 2.0)
+    elif name == "spot_tray":
+        wall, low, c = 2.5, -3.25, 1.0
+        floor, rings = o.addRectangle(0, 0, low, 20, 16), []
+        for big, small in ((4 + c, 4), (4, 1.5)):
+            out, _ = o.cut([(2, o.addDisk(10, 8, low, big, big))], [(2, o.addDisk(10, 8, low, small, small))])
+            rings += [k for _, k in out]
+        out, _ = o.cut([(2, floor)], [(2, o.addDisk(10, 8, low, 4 + c, 4 + c))])
+        d.add([k for _, k in out], wall)
+        d.add(rings, lambda x, y, z: 2 * (z + 4.5))
+        def lift(p):
+            far = np.hypot(p[:, 0] - 10, p[:, 1] - 8)
+            floor = (p[:, 2] < low + 1e-9) & (far < 4 + c + 1e-9)
+            return np.c_[p[:, :2], np.where(floor, low - 0.25 + np.clip(far - 4, 0, c) ** 2 / 4, p[:, 2])]
+        corners = [(0, 0, pi), (20, 0, -pi / 2), (20, 16, 0), (0, 16, pi / 2)]
+        for i, (x, y, a) in enumerate(corners):
+            u, v = corners[i - 1][:2]
+            p, q = x - low * math.cos(a), y - low * math.sin(a)
+            k = [o.addPoint(*at) for at in ((x, y, low), (x, y, 0), (p, q, 0), (p, q, 2))]
+            section = [o.addCircleArc(k[0], k[1], k[2]), o.addLine(k[2], k[3])]
+            turned = o.revolve(o.copy([(1, e) for e in section]), x, y, 0, 0, 0, 1, pi / 2)
+            d.add([tag for dim, tag in turned if dim == 2], wall)
+            d.sweep(section, (u - x, v - y, 0), wall)
+    elif name == "split_tube":
+        d.sweep([o.addCircle(0, 0, 0, 10.5)], (0, 0, 16), 3.0)
+    elif name == "wide_rim":
+        ribs(d, 60, 40, 3, 3.0, 3.6, 3.0)
+    elif name == "tight_bend":
+        d.profile([(30, 1.5), (1.5, 1.5), (1.5, 24)], 2.7, 15, 3.0)
+    elif name == "meeting_point":
+        ribs(d, 60, 50, 3, 3.0, 20, 2.0)
+        d.rect((30, 25, 1.5), (0, 25, 0), (0, 0, 21.5), 2.0)
+    elif name == "sliver_rim":
+        d.rect((0, 0, 1.5), (50, 0, 0), (0, 40, 0), 3.0)
     else:
         raise SystemExit(f"no ideal mesh for {name}")
     return lift, drop

@@ -26,10 +26,15 @@ class Solid:
         self.loose = sum(not len(gmsh.model.getAdjacencies(2, t)[0]) for t in self.faces)
         surface = sum(gmsh.model.occ.getMass(2, t) for t in self.faces)
         self.thickest = thickest or 3 * 2 * self.volume / surface
-        self._tessellate(volumes)
+        # Round a hole much narrower than the wall a quarter of the thickness leaves too few edges to be a ring: then a finer one.
+        for finest in (4, 16, 64):
+            self._tessellate(volumes, self.thickest / finest)
+            if self.closed:
+                break
 
-    def _tessellate(self, volumes):
-        for name, value in (("MeshSizeMax", self.thickest), ("MeshSizeMin", self.thickest / 4), ("MeshSizeFromCurvature", 36),
+    def _tessellate(self, volumes, finest):
+        gmsh.model.mesh.clear()
+        for name, value in (("MeshSizeMax", self.thickest), ("MeshSizeMin", finest), ("MeshSizeFromCurvature", 36),
                             ("ElementOrder", 1), ("Algorithm", 6), ("RandomSeed", 1)):
             gmsh.option.setNumber("Mesh." + name, value)
         gmsh.model.mesh.generate(2)
@@ -96,7 +101,9 @@ class Solid:
                     self.tri[part == s] = self.tri[part == s][:, ::-1]
 
     def first_hit(self, p, d, reach):
-        """distance and triangle (-1: none) where rays from p along unit d first meet the boundary within reach"""
+        """distance and triangle (-1: none) where rays from p along unit d first meet the boundary within reach; where two solids touch the
+        face by which the ray leaves the one, not that by which it enters the other"""
+        touch = 1e-6 * self.thickest
         best, hit = np.full(len(p), np.inf), np.full(len(p), -1)
         for lo in range(0, len(p), 1000):
             near = self.tree.query_ball_point(p[lo:lo + 1000], reach + self.reach)
@@ -122,7 +129,8 @@ class Solid:
                 slack = 1e-9  # of a triangle's size, so that no ray slips between two neighbours
                 ok = (u >= -slack) & (v >= -slack) & (u + v <= 1 + slack) & (t >= 0) & (t <= reach)
             ray, tri, t = ray[ok], tri[ok], t[ok]
-            first = np.lexsort((tri, t, ray))
+            enters = np.sum(self.normal[tri] * d[ray], axis=1) < 0
+            first = np.lexsort((tri, t + np.where(enters, touch, 0), ray))
             ray, tri, t = ray[first], tri[first], t[first]
             keep = np.r_[True, ray[1:] != ray[:-1]] if len(ray) else np.zeros(0, bool)
             best[ray[keep]], hit[ray[keep]] = t[keep], tri[keep]

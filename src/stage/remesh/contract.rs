@@ -21,6 +21,8 @@ pub(super) const SHORTEST: f64 = 4.0 / 5.0;
 const FAIR: f64 = 0.3;
 /// A new turn of a feature curve stays below this share of the corner angle, so that a later look takes it for no corner.
 const TURN_SHARE: f64 = 0.75;
+/// Where a node between two on one line goes the turn at its neighbours stays, to rounding, radians: of an edge a millionth as long as the part.
+const SAME_TURN: f64 = 1e-9;
 
 /// Edges this much shorter than short ones, that cannot go by the rules, belong to knots: crumpled places smaller than the mesh can show.
 const KNOT: f64 = 0.5;
@@ -307,6 +309,6 @@ fn keeps_curve(job: &Job, gone: NodeId, kept: NodeId, bounds: Bounds) -> bool {
         let before = surface.points[n] - surface.points[beyond];
         let turn = |to: DVec3| before.angle_between(to - surface.points[n]);
         let new = turn(surface.points[other]);
-        new <= most || new <= turn(v)
+        new <= most || new <= turn(v) + SAME_TURN
     })
 }

@@ -6,8 +6,8 @@ mod topology;
 
 use super::{RemeshOptions, clean, remesh};
 use crate::geom::placer::Placer;
-use crate::model::complex::{EdgeKind, MidComplex, Support};
-use crate::model::ids::WallId;
+use crate::model::complex::{EdgeKind, MidComplex, MidNode, MidTriangle, Support};
+use crate::model::ids::{NodeId, WallId};
 use cases::{book, plate, rectangle, sphere, tee, tube, v, washer, wedge};
 use forms::{Form, Forms, area, assert_good, quality, roughen};
 use glam::{DQuat, DVec3};
@@ -132,6 +132,55 @@ fn a_raw_complex_becomes_clean_and_then_good() {
         assert_good(&raw, &out, &forms);
         // Without the cleaning, too.
         assert_good(&raw, &at_size(&raw, &forms, 0.6), &forms);
+    }
+}
+
+/// A node in the middle of the riser leaves the rim as it was, but its turn at either end only to rounding.
+#[test]
+fn a_tiny_step_in_a_rim_goes_wherever_the_part_lies() {
+    let mut c = MidComplex::default();
+    let high = [0.0, 2.0, 4.0, 4.0, 4.0, 6.0, 8.0];
+    let step = [0.0, 0.0, 0.0, 0.01, 0.02, 0.02, 0.02];
+    let low = [0.0, 2.0, 5.0, 6.0, 8.0];
+    for p in (high.iter().zip(step)).map(|(&x, y)| v(x, y, 0.0)) {
+        c.nodes.push(MidNode {
+            point: p,
+            supports: Default::default(),
+        });
+    }
+    for x in low {
+        c.nodes.push(MidNode {
+            point: v(x, -2.0, 0.0),
+            supports: Default::default(),
+        });
+    }
+    for nodes in [
+        [0, 7, 1],
+        [1, 7, 8],
+        [1, 8, 2],
+        [2, 8, 9],
+        [2, 9, 3],
+        [3, 9, 4],
+        [4, 9, 10],
+        [4, 10, 5],
+        [5, 10, 11],
+        [5, 11, 6],
+    ] {
+        c.triangles.push(MidTriangle {
+            nodes: nodes.map(NodeId),
+            wall: WallId(0),
+        });
+    }
+    for k in 0..20 {
+        let turn = DQuat::from_axis_angle(v(1.0, 2.0, 2.0) / 3.0, 0.3 * f64::from(k));
+        let mut there = c.clone();
+        for n in there.nodes.iter_mut() {
+            n.point = turn * n.point + v(37.0, -53.0, 71.0);
+        }
+        let out = clean(there, &|_, _| 0.5, &Blind);
+        let short = edge_lengths(&out).filter(|&l| l < 0.5).count();
+        assert_eq!(short, 0, "turned by {k} times 0.3");
+        assert_eq!(out.nodes.len(), c.nodes.len() - 2);
     }
 }
 
