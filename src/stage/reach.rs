@@ -188,29 +188,26 @@ fn only_wall(node: &MidNode) -> Option<WallId> {
     }
 }
 
-/// Where a rim on a face goes over into one on an edge, the node between lies on both: else the corner is cut off.
+/// Where a rim on a face goes over into one where the sides meet, the node between lies on both: else the corner is cut off.
 fn turn_corners(complex: &mut MidComplex, rims: &Rims, look: &Look<'_>) {
     let corners: Vec<(NodeId, Support)> = (complex.nodes.enumerated())
         .filter_map(|(n, node)| {
             let mut own = ends(&node.supports);
-            let (Some(Support::Face(_)), None) = (own.next(), own.next()) else {
+            let (Some(face @ Support::Face(_)), None) = (own.next(), own.next()) else {
                 return None;
             };
             let &Support::Mid(wall) = node.supports.first()? else {
                 return None;
             };
             let p = node.point;
-            let on_edge = |&m: &NodeId| {
-                let mut beside = ends(&complex.nodes[m].supports);
-                let edge = beside.find(|s| matches!(s, Support::Edge(_)))?;
-                let (nearest, _) = look.end_of_sides(p, wall)?;
-                (nearest == edge).then_some(edge)
-            };
-            rims.along[n].iter().find_map(on_edge).map(|edge| (n, edge))
+            // An edge between them, or a side itself where they are smooth over it.
+            let (meeting, _) = look.end_of_sides(p, wall).filter(|end| end.0 != face)?;
+            let meets = |&m: &NodeId| ends(&complex.nodes[m].supports).any(|s| s == meeting);
+            rims.along[n].iter().any(meets).then_some((n, meeting))
         })
         .collect();
-    for (n, edge) in corners {
-        complex.nodes[n].supports.push(edge);
+    for (n, meeting) in corners {
+        complex.nodes[n].supports.push(meeting);
     }
 }
 

@@ -12,6 +12,7 @@ macro_rules! for_all_fixtures {
     ($test:ident) => {
         $test!(
             met: [
+                blade,
                 boss_on_rib,
                 boss_ribs,
                 bottle,
@@ -56,6 +57,7 @@ macro_rules! for_all_fixtures {
                 rib_tapered,
                 rib_to_fillet,
                 ribs_crossing,
+                rounded_rim,
                 slanted_rim,
                 sliver_rim,
                 slot_rim,
@@ -81,8 +83,6 @@ macro_rules! for_all_fixtures {
                 z_bend,
             ],
             unmet: [
-                blade,
-                rounded_rim,
                 spiral,
             ],
         );

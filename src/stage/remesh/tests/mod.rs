@@ -9,7 +9,7 @@ use crate::geom::placer::Placer;
 use crate::model::complex::{EdgeKind, MidComplex, MidNode, MidTriangle, Support};
 use crate::model::ids::{NodeId, WallId};
 use cases::{book, plate, rectangle, sphere, tee, tube, v, washer, wedge};
-use forms::{Form, Forms, area, assert_good, quality, roughen};
+use forms::{Builder, Form, Forms, area, assert_good, quality, roughen};
 use glam::{DQuat, DVec3};
 use proptest::prelude::*;
 
@@ -231,6 +231,20 @@ fn a_strip_narrower_than_the_size_gets_triangles_of_its_width() {
     let out = at_size(&c, &forms, 1.0);
     assert_good(&c, &out, &forms);
     assert!(out.triangles.len() < 400, "{}", out.triangles.len());
+}
+
+#[test]
+fn a_bent_rim_where_the_wall_has_no_thickness_is_not_split_without_end() {
+    // The side at x = 10 bulges by 4.5 thousandths, far more than any share of the thickness there.
+    let (_, mut forms) = plate(4, 4);
+    forms.thickness = 1e-9;
+    forms.faces[1] = Form::Cylinder(v(-1000.0, 3.0, 0.0), DVec3::Z, 1010.0);
+    let mut b = Builder::default();
+    let end = |y: f64| -1000.0 + (1010f64.powi(2) - (y - 3.0).powi(2)).sqrt();
+    b.grid(20, 12, 0, |s, t| v(s * end(6.0 * t), 6.0 * t, 0.0));
+    let out = at_size(&b.finish(&forms), &forms, 1.0);
+    let rim = (out.nodes.iter()).filter(|n| n.point.x > 9.99).count();
+    assert!((5..=10).contains(&rim), "{rim} nodes");
 }
 
 #[test]
