@@ -16,7 +16,7 @@ pub(super) struct Ground {
     pub(super) facets: IndexVec<FacetId, ReadyFacet>,
     /// The bent ones among the facets that touch each facet.
     pub(super) bent: IndexVec<FacetId, Vec<FacetId>>,
-    /// Normal curvature of each facet, 1/mm, estimated from its corner normals.
+    /// Normal curvature of each facet, 1/mm, estimated from its corner normals: the largest, above zero where the face bulges and below where it is hollow.
     pub(super) curvature: IndexVec<FacetId, f64>,
 }
 
@@ -39,11 +39,15 @@ impl Ground {
                     .map(|(u, v)| six_node::normal(&p, &f.mids, u, v));
                 (0..3)
                     .map(|k| {
-                        let turn = (n[k] - n[(k + 1) % 3]).length();
-                        let length = (p[k] - p[(k + 1) % 3]).length();
-                        if turn > NO_TURN { turn / length } else { 0.0 }
+                        let (turn, side) = (n[k] - n[(k + 1) % 3], p[k] - p[(k + 1) % 3]);
+                        let bend = if turn.length() > NO_TURN {
+                            turn.length() / side.length()
+                        } else {
+                            0.0
+                        };
+                        bend.copysign(turn.dot(side))
                     })
-                    .fold(0.0, f64::max)
+                    .fold(0.0, |a: f64, b| if b.abs() > a.abs() { b } else { a })
             })
             .collect();
         let facets: IndexVec<FacetId, ReadyFacet> = brep

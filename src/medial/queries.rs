@@ -9,6 +9,8 @@ use glam::DVec3;
 /// The mid-surface of a step bends this near to its inner edge, in thicknesses: the parabola ends within one, and as far again sizes grow.
 const STEP_REACH: f64 = 2.0;
 
+/// Radii of concentric arcs differ by the thickness; by more than this many times that arcs are not concentric.
+const CONCENTRIC: f64 = 1.5;
 impl Medial<'_> {
     /// Radius with which the mid-surface climbs at a step near `point`, mm; infinite where there is none within reach.
     pub fn step_radius(&self, point: DVec3, wall: WallId) -> f64 {
@@ -71,8 +73,18 @@ impl Placer for Medial<'_> {
         let Some([a, b]) = self.feet(point, wall) else {
             return f64::INFINITY;
         };
-        // Where both sides bend the same way the middle does as their mean; where they bulge or hollow both, the thickness changes by as much, and wants as short edges.
         let [k, l] = [a, b].map(|f| self.ground.curvature[f.facet]);
-        (2.0 / (k + l)).min(self.step_radius(point, wall))
+        let (r, s) = (1.0 / k.abs(), 1.0 / l.abs());
+        let bend = if k * l > 0.0 {
+            // Both bulge, or both are hollow: the middle bends less, but the thickness changes by as much, and wants as short edges.
+            2.0 / (k + l).abs()
+        } else if (r - s).abs() <= CONCENTRIC * self.thickness[wall] {
+            // The middle of two concentric arcs.
+            (r + s) / 2.0
+        } else {
+            // Where one side is flat, or much flatter than that, the other's word counts for half.
+            2.0 * r.min(s)
+        };
+        bend.min(self.step_radius(point, wall))
     }
 }

@@ -255,7 +255,6 @@ fn complement<'a>(
             let (f, g) = (v.from, v.to);
             f != g
                 && mates[f].is_empty()
-                && v.area > options.soft_overlap * aag.area[f]
                 && !beside(aag, f, g)
                 && continuing(aag, f).any(|h| {
                     mates[h]
@@ -265,6 +264,24 @@ fn complement<'a>(
                 && goes_on(aag, mates, f, g)
         })
         .collect();
+    // A quarter of a full rounding sees across by a third of itself, or by less on the hollow side of a bend and by more on the other: what goes on in one another is judged together.
+    let seen = |f: FaceId| {
+        found
+            .iter()
+            .filter(|v| v.from == f)
+            .map(|v| v.area)
+            .sum::<f64>()
+    };
+    let overlaps = |f: FaceId| {
+        let together = continuing(aag, f)
+            .filter(|&c| found.iter().any(|v| v.from == c))
+            .chain([f]);
+        let (seen, all) = together.fold((0.0, 0.0), |(s, a), c| (s + seen(c), a + aag.area[c]));
+        seen > options.soft_overlap * all
+    };
+    let kept: Vec<bool> = found.iter().map(|v| overlaps(v.from)).collect();
+    let mut kept = kept.into_iter();
+    found.retain(|_| kept.next().unwrap_or(false));
     loop {
         let before = found.len();
         let sides: Vec<FaceId> = found.iter().map(|v| v.from).collect();
