@@ -28,7 +28,7 @@ macro_rules! fixtures {
         fixtures!(@each reordered, |n| super::same_mid_surface(n, super::Variant::Reordered), $($name),*);
         fixtures!(@each threads, super::same_bytes, $($name),*);
     };
-    (@each $family:ident, $test:expr, $($name:ident),*) => {
+    (@each $family:ident, $test:expr, $($name:ident),* $(,)?) => {
         mod $family {
             $(#[test]
             fn $name() {

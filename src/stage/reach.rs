@@ -295,6 +295,14 @@ impl Rims {
     /// Where the sheet ends, seen from every node of a rim: away from the triangles there, evened out along the rim.
     fn outwards(&self, complex: &MidComplex) -> IndexVec<NodeId, DVec3> {
         let p = |n: NodeId| complex.nodes[n].point;
+        let stars = complex.stars();
+        // A ragged border may be folded over itself: from a row further in the sheet lies where it lies.
+        let inside = |c: NodeId, edge: [NodeId; 2]| {
+            let round = stars[c].iter().flat_map(|&t| complex.triangles[t].nodes);
+            let (sum, count) = (round.filter(|n| !edge.contains(n)))
+                .fold((DVec3::ZERO, 0.0), |(s, k), n| (s + p(n), k + 1.0));
+            sum / count
+        };
         let mut outwards = IndexVec::filled(DVec3::ZERO, complex.nodes.len());
         for &([a, b], t) in &self.edges {
             let nodes = complex.triangles[t].nodes;
@@ -302,7 +310,7 @@ impl Rims {
                 continue;
             };
             let along = (p(b) - p(a)).normalize_or_zero();
-            let inner = p(c) - p(a);
+            let inner = inside(c, [a, b]) - p(a);
             // As long as the edge: long edges know better. Flat triangles, whose height is rounding, know nothing.
             let away = (along * inner.dot(along) - inner).clamp_length_max(p(a).distance(p(b)));
             outwards[a] += away;
