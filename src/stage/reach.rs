@@ -78,26 +78,10 @@ pub fn reach_rims(
         .map(|x| x.0)
         .collect();
     // A ragged border looks every way: what its neighbours on the rim have found, a node need only have somewhere ahead.
-    loop {
-        let told: Vec<(NodeId, Support)> = bare
-            .par_iter()
-            .filter(|&&n| walls_only(&complex, n))
-            .filter_map(|&n| {
-                let own = outwards[n].normalize_or_zero();
-                let beside = rims.along[n].iter();
-                let end = beside
-                    .flat_map(|&m| ends(&complex.nodes[m].supports))
-                    .find(|&end| look.is_ahead(&complex.nodes[n], own, end))?;
-                Some((n, end))
-            })
-            .collect();
-        if told.is_empty() {
-            break;
-        }
-        for (n, end) in told {
-            complex.nodes[n].supports.push(end);
-        }
-    }
+    look.share(&mut complex, &rims, &bare, &outwards);
+    // Or it is folded over itself, and only a row further in tells where the sheet lies.
+    let outwards = rims.outwards_from(&complex, &further_in(&complex));
+    look.share(&mut complex, &rims, &bare, &outwards);
     turn_corners(&mut complex, &rims, &look);
     if ragged {
         dive(&mut complex, &rims, placer);
@@ -116,6 +100,36 @@ struct Look<'a> {
 }
 
 impl Look<'_> {
+    /// Nodes without an end get one that a neighbour on the rim has and that is ahead of them too, and hand it on.
+    fn share(
+        &self,
+        complex: &mut MidComplex,
+        rims: &Rims,
+        bare: &[NodeId],
+        outwards: &IndexVec<NodeId, DVec3>,
+    ) {
+        loop {
+            let told: Vec<(NodeId, Support)> = bare
+                .par_iter()
+                .filter(|&&n| walls_only(complex, n))
+                .filter_map(|&n| {
+                    let own = outwards[n].normalize_or_zero();
+                    let beside = rims.along[n].iter();
+                    let end = beside
+                        .flat_map(|&m| ends(&complex.nodes[m].supports))
+                        .find(|&end| self.is_ahead(&complex.nodes[n], own, end))?;
+                    Some((n, end))
+                })
+                .collect();
+            if told.is_empty() {
+                return;
+            }
+            for (n, end) in told {
+                complex.nodes[n].supports.push(end);
+            }
+        }
+    }
+
     /// What the rim of a bare node lies on; `outwards`: where the sheet ends.
     fn ahead(&self, node: &MidNode, outwards: DVec3) -> Option<Support> {
         let (p, wall) = (node.point, only_wall(node)?);
@@ -185,6 +199,19 @@ fn only_wall(node: &MidNode) -> Option<WallId> {
     match node.supports.as_slice() {
         &[Support::Mid(wall)] => Some(wall),
         _ => None,
+    }
+}
+
+/// The middle of the nodes round a node, without those of an edge.
+fn further_in(complex: &MidComplex) -> impl Fn(NodeId, [NodeId; 2]) -> DVec3 {
+    let stars = complex.stars();
+    move |c, edge| {
+        let round = stars[c].iter().flat_map(|&t| complex.triangles[t].nodes);
+        let (sum, count) = (round.filter(|n| !edge.contains(n)))
+            .fold((DVec3::ZERO, 0.0), |(s, k), n| {
+                (s + complex.nodes[n].point, k + 1.0)
+            });
+        sum / count
     }
 }
 
@@ -294,15 +321,16 @@ impl Rims {
 
     /// Where the sheet ends, seen from every node of a rim: away from the triangles there, evened out along the rim.
     fn outwards(&self, complex: &MidComplex) -> IndexVec<NodeId, DVec3> {
+        self.outwards_from(complex, &|c, _| complex.nodes[c].point)
+    }
+
+    /// The same; `inside(c, edge)` tells where the sheet lies that has node `c` across an edge of the rim.
+    fn outwards_from(
+        &self,
+        complex: &MidComplex,
+        inside: &dyn Fn(NodeId, [NodeId; 2]) -> DVec3,
+    ) -> IndexVec<NodeId, DVec3> {
         let p = |n: NodeId| complex.nodes[n].point;
-        let stars = complex.stars();
-        // A ragged border may be folded over itself: from a row further in the sheet lies where it lies.
-        let inside = |c: NodeId, edge: [NodeId; 2]| {
-            let round = stars[c].iter().flat_map(|&t| complex.triangles[t].nodes);
-            let (sum, count) = (round.filter(|n| !edge.contains(n)))
-                .fold((DVec3::ZERO, 0.0), |(s, k), n| (s + p(n), k + 1.0));
-            sum / count
-        };
         let mut outwards = IndexVec::filled(DVec3::ZERO, complex.nodes.len());
         for &([a, b], t) in &self.edges {
             let nodes = complex.triangles[t].nodes;
