@@ -7,10 +7,10 @@ use super::error::PipelineError;
 use super::facts::{solid_facts, wall_facts};
 use super::middle::Middle;
 use super::seen::Seen;
-use super::{Progress, import_options, midsurface, solid, tidy};
+use super::solid::Untangled;
+use super::{Progress, import_options, midsurface, tidy};
 use crate::import::{Piece, import_cad_told};
 use crate::inspection::{Inspection, SolidFacts};
-use crate::medial::Medial;
 use crate::options::MeshOptions;
 use std::path::Path;
 
@@ -53,14 +53,11 @@ fn inspect_solid(
         Err(PipelineError::NoThinWall { .. }) => return Ok(facts),
         Err(error) => return Err(error),
     };
-    let mut medial = Medial::new(brep, &found.aag, &found.pairing);
-    medial.let_bevels_stand(true);
-    let sizing = solid::sizing(brep, &found, &medial, options);
-    let (fair, leaves) = tidy::untangled(&found, &medial, clock);
-    medial.let_bevels_stand(false);
+    let fair = Untangled::new(brep, &found, options, clock);
     // Counted on the raw complex, every crumb of a sheet between two close junction curves would be one.
     let clean = clock.time("clean", || {
-        tidy::clean(fair, &sizing, &Middle::new(&medial, leaves))
+        let middle = Middle::new(&fair.walls, fair.leaves);
+        tidy::clean(fair.complex, &fair.sizing, &middle)
     });
     Ok(wall_facts(facts, brep, &found, &clean))
 }

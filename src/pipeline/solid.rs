@@ -33,16 +33,13 @@ pub(super) fn mesh_solid(
     dump.import(piece)?;
     let found = midsurface::mid_surface(seen, clock)?;
     dump.mid_surface(piece, &found)?;
-    let mut medial = Medial::new(brep, &found.aag, &found.pairing);
-    medial.let_bevels_stand(true);
-    let sizing = clock.time("size", || sizing(brep, &found, &medial, options));
-    let (fair, leaves) = tidy::untangled(&found, &medial, clock);
+    let Untangled {
+        walls: medial,
+        sizing,
+        complex: fair,
+        leaves,
+    } = Untangled::new(brep, &found, options, clock);
     dump.complex("fair", &fair)?;
-    medial.let_bevels_stand(false);
-    let sizing = clock.time("size", || {
-        let middle = Middle::new(&medial, leaves);
-        sizing.afforded(&middle.asked(&fair, &sizing))
-    });
     let kinked = clock.time("kinks", || {
         let kinked = kinks::kinks(&fair, brep, &found.aag, &found.pairing, &medial)?;
         let parted = medial.paired(&found.aag, &kinked.pairing);
@@ -70,18 +67,48 @@ pub(super) fn mesh_solid(
     Ok((mesh, solid))
 }
 
-/// The wanted edge lengths of a solid.
-pub(super) fn sizing(
-    brep: &Brep,
-    found: &MidSurface,
-    medial: &Medial<'_>,
-    options: &MeshOptions,
-) -> Sizing {
-    size::sizing(brep, &found.pairing, options.size, options.size_curvature).eased(
-        brep,
-        &found.pairing,
-        &|p, w| medial.curvature_radius(p, w),
-    )
+/// A mid-surface in order, with all that is asked of it from there on.
+pub(super) struct Untangled<'a> {
+    /// What places nodes.
+    pub walls: Medial<'a>,
+    /// The wanted edge lengths.
+    pub sizing: Sizing,
+    /// The mid-surface itself, with edges of no size.
+    pub complex: MidComplex,
+    /// Whether its sheets had to be held in the material.
+    pub leaves: bool,
+}
+
+impl<'a> Untangled<'a> {
+    pub fn new(
+        brep: &'a Brep,
+        found: &'a MidSurface,
+        options: &MeshOptions,
+        clock: &mut Clock<'_>,
+    ) -> Self {
+        let mut walls = Medial::new(brep, &found.aag, &found.pairing);
+        // Bevels are cut back when sheets are whole.
+        walls.let_bevels_stand(true);
+        let sizing = clock.time("size", || {
+            size::sizing(brep, &found.pairing, options.size, options.size_curvature).eased(
+                brep,
+                &found.pairing,
+                &|p, w| walls.curvature_radius(p, w),
+            )
+        });
+        let (complex, leaves) = tidy::untangled(found, &walls, clock);
+        walls.let_bevels_stand(false);
+        let sizing = clock.time("size", || {
+            let middle = Middle::new(&walls, leaves);
+            sizing.afforded(&middle.asked(&complex, &sizing))
+        });
+        Self {
+            walls,
+            sizing,
+            complex,
+            leaves,
+        }
+    }
 }
 
 /// What meshing needs besides a complex and the surfaces that it lies on.

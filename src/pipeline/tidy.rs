@@ -107,10 +107,7 @@ fn mended(mut complex: MidComplex, medial: &dyn Placer) -> MidComplex {
     // What is folded over stops a solver; what only leans from its wall's normal may be a coarse bend.
     let count = |c: &MidComplex| {
         let all: Vec<TriangleId> = c.triangles.ids().collect();
-        (
-            orient::folded(c).len(),
-            orient::turned(c, &all, medial).len(),
-        )
+        (folds(c), orient::turned(c, &all, medial).len())
     };
     let mut left = count(&complex);
     for _ in 0..KNOT_ROUNDS {
