@@ -264,22 +264,20 @@ fn complement<'a>(
                 && goes_on(aag, mates, f, g)
         })
         .collect();
-    // A quarter of a full rounding sees across by a third of itself, or by less on the hollow side of a bend and by more on the other: what goes on in one another is judged together.
-    let seen = |f: FaceId| {
-        found
-            .iter()
-            .filter(|v| v.from == f)
-            .map(|v| v.area)
-            .sum::<f64>()
-    };
-    let overlaps = |f: FaceId| {
-        let together = continuing(aag, f)
-            .filter(|&c| found.iter().any(|v| v.from == c))
-            .chain([f]);
-        let (seen, all) = together.fold((0.0, 0.0), |(s, a), c| (s + seen(c), a + aag.area[c]));
-        seen > options.soft_overlap * all
-    };
-    let kept: Vec<bool> = found.iter().map(|v| overlaps(v.from)).collect();
+    // A quarter of a full rounding sees across by a third of itself, or by less on the hollow side of a bend and by more on the other: two that go on in one another are judged together.
+    let kept: Vec<bool> = (found.iter())
+        .map(|v| {
+            let (f, soft) = (v.from, options.soft_overlap);
+            let with_next = || {
+                continuing(aag, f).any(|c| {
+                    let next = found.iter().filter(|w| w.from == c).map(|w| w.area);
+                    v.area + next.fold(0.0, f64::max) > soft * (aag.area[f] + aag.area[c])
+                })
+            };
+            let share = v.area / aag.area[f];
+            share > soft || (share > soft / 2.0 && with_next())
+        })
+        .collect();
     let mut kept = kept.into_iter();
     found.retain(|_| kept.next().unwrap_or(false));
     loop {

@@ -118,7 +118,7 @@ pub struct RemeshStats {
 /// Share of the size over which turns and bends of a curve are judged: finer ones are noise at that size.
 const REACH: f64 = 0.1;
 /// At a knife edge or the crest of a rounding a wall has no thickness, and a curve that may not be left at all would be split without end: this share of the size stands for it.
-const KNIFE: f64 = 0.1;
+const KNIFE: f64 = 0.01;
 /// In cleaning a curve may be left by this share of the shortest edge: noise of that height goes, an octagon of two such radii stays.
 const CLEAN_SLACK: f64 = 0.25;
 /// Passes of cleaning; each cap that goes can make a short edge, few need more than two.
