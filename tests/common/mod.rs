@@ -46,7 +46,6 @@ macro_rules! for_all_fixtures {
                 nut_pocket,
                 open_box,
                 perforated,
-                pinhole,
                 plate_holes,
                 plate_pocket,
                 quarter_round,
@@ -83,7 +82,9 @@ macro_rules! for_all_fixtures {
                 y_plates,
                 z_bend,
             ],
-            unmet: [],
+            unmet: [
+                pinhole,
+            ],
         );
     };
 }
