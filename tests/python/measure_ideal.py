@@ -314,7 +314,7 @@ def draw(name, d):
         d.add([k for _, k in out], 4.0)
     elif name == "touching":
         d.rect((0, 0, 1.5), (40, 0, 0), (0, 30, 0), 3.0)
-        d.rect((18, 8, 4.5), (40, 0, 0), (0, 30, 0), 3.0)
+        d.rect((3, 8, 4.5), (40, 0, 0), (0, 30, 0), 3.0)
     elif name == "nut_pocket":
         r, q = math.sqrt(3), 5 / math.sqrt(3)
         def hexagon(grow):
