@@ -7,6 +7,7 @@
 
 mod bevel;
 mod corner;
+mod divided;
 mod edges;
 mod facing;
 mod flats;
@@ -165,6 +166,8 @@ pub struct Medial<'a> {
     brep: &'a Brep,
     sides: IndexVec<WallId, [Surface; 2]>,
     thickness: IndexVec<WallId, f64>,
+    /// Whether its two sides were one face.
+    divided: IndexVec<WallId, bool>,
     /// How far beyond the end of its sides a wall may be carried on, mm.
     reach: IndexVec<WallId, f64>,
     /// Rims may slide from a lateral face onto one that is tangent to it: such faces share one surface.
@@ -237,6 +240,9 @@ impl<'a> Medial<'a> {
         }
         let rims: Vec<Surface> = rims.par_iter().map(|faces| surface(faces)).collect();
         let thickness: IndexVec<WallId, f64> = pairing.walls.iter().map(|w| w.thickness).collect();
+        let divided = (pairing.walls.iter())
+            .map(|w| divided::was_one_face(brep, w))
+            .collect();
         let reach = pairing
             .walls
             .iter()
@@ -248,6 +254,7 @@ impl<'a> Medial<'a> {
             brep,
             sides,
             thickness,
+            divided,
             reach,
             rim_surface,
             rims,
@@ -404,6 +411,9 @@ impl<'a> Medial<'a> {
                     return middle([a.normal, b.normal], [a.depth(p), b.depth(p)], beyond);
                 }
                 let [a, b] = self.feet_from(p, wall, &mut known.hints)?;
+                if let Some(tangent) = self.straight_on(p, wall, [a, b]) {
+                    return Some(tangent);
+                }
                 let beyond = a.beyond(p).min(b.beyond(p));
                 middle([a.normal, b.normal], [a.depth(p), b.depth(p)], beyond).or_else(|| {
                     // At the crest of a rounded rim both sides face the same way: their distances still have a middle.

@@ -42,6 +42,9 @@ impl Placer for Medial<'_> {
             return (a.normal - b.normal).try_normalize();
         }
         let [a, b] = self.feet(point, wall)?;
+        if let Some(tangent) = self.straight_on(point, wall, [a, b]) {
+            return Some(tangent.plane.0);
+        }
         let across = a.normal - b.normal;
         if across.length() > LEAST_OPPOSITION {
             return across.try_normalize();
@@ -54,6 +57,9 @@ impl Placer for Medial<'_> {
             return Some(a.depth(point) + b.depth(point));
         }
         let [a, b] = self.feet(point, wall)?;
+        if let Some(tangent) = self.straight_on(point, wall, [a, b]) {
+            return Some(tangent.thickness);
+        }
         Some(a.depth(point) + b.depth(point))
     }
 
@@ -73,6 +79,9 @@ impl Placer for Medial<'_> {
         let Some([a, b]) = self.feet(point, wall) else {
             return f64::INFINITY;
         };
+        if self.straight_on(point, wall, [a, b]).is_some() {
+            return f64::INFINITY;
+        }
         let [k, l] = [a, b].map(|f| self.ground.curvature[f.facet]);
         let (r, s) = (1.0 / k.abs(), 1.0 / l.abs());
         let bend = if k * l > 0.0 {

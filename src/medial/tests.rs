@@ -455,9 +455,8 @@ fn a_flat_side_is_flat_however_the_part_lies() {
     assert!((under / (2.0 * 2.8) - 1.0).abs() < 0.15, "{under}");
 }
 
-#[test]
-fn beneath_the_crest_of_a_full_rounding_the_middle_is_found_from_beside_it() {
-    // Two quarters of a circle of 1.5 that meet at y = 20: near there the ways to both differ by less than a tangent plane has to, to say anything.
+/// A plate of 3 with a full round end at y = 20. Of the 16 facets round it the first `lower` belong to the lower side (face 0), the others to the upper one (face 1); `one_face`: the two were one.
+fn round_ended(lower: u32, one_face: bool) -> (Brep, Aag, Pairing) {
     let centre = |x: f64| DVec3::new(x, 18.5, 0.0);
     let quarter = |k: u32| {
         let turn = f64::from(k) * 11.25f64.to_radians();
@@ -476,14 +475,15 @@ fn beneath_the_crest_of_a_full_rounding_the_middle_is_found_from_beside_it() {
             m
         }
     });
-    // Faces 1 to 8 are the lower quarter, 9 to 16 the upper one, 17 is the top.
-    let side = |face: u32| match face {
-        0..=8 => 0,
-        9..=17 => 1,
-        _ => face,
-    };
+    // Face 0 is the flat lower side, 1 to 16 go round the end, 17 is the upper side.
     for facet in solid.facets.as_mut_slice() {
-        facet.face = FaceId(side(facet.face.0));
+        let face = facet.face.0;
+        if face <= 17 {
+            facet.face = FaceId(u32::from(face > lower));
+        }
+    }
+    if one_face {
+        solid.faces[FaceId(1)].tag = solid.faces[FaceId(0)].tag;
     }
     let aag = adjacency(&solid);
     let mut pairing = Pairing {
@@ -495,6 +495,13 @@ fn beneath_the_crest_of_a_full_rounding_the_middle_is_found_from_beside_it() {
         thickness: 3.0,
         group: 0,
     });
+    (solid, aag, pairing)
+}
+
+#[test]
+fn beneath_the_crest_of_a_full_rounding_the_middle_is_found_from_beside_it() {
+    // Two quarters of a circle of 1.5 that meet at y = 20: near there the ways to both differ by less than a tangent plane has to, to say anything.
+    let (solid, aag, pairing) = round_ended(8, false);
     let medial = Medial::new(&solid, &aag, &pairing);
     for (y, z) in [(19.0, 0.3), (19.5, 0.177), (19.5, -0.177), (19.8, 0.05)] {
         let placed = medial.place(DVec3::new(12.0, y, z), &[Support::Mid(WallId(0))]);
@@ -505,4 +512,27 @@ fn beneath_the_crest_of_a_full_rounding_the_middle_is_found_from_beside_it() {
             "{placed}"
         );
     }
+}
+
+#[test]
+fn where_one_face_was_cut_beside_the_crest_the_rim_is_on_the_crest() {
+    let rim = [Support::Mid(WallId(0)), Support::Face(FaceId(1))];
+    for lower in [6, 8, 10] {
+        let (solid, aag, pairing) = round_ended(lower, true);
+        let medial = Medial::new(&solid, &aag, &pairing);
+        for (y, z) in [(19.9, 0.0), (19.8, 0.4), (19.8, -0.4), (19.3, 0.2)] {
+            let placed = medial.place(DVec3::new(12.0, y, z), &rim);
+            let crest = DVec3::new(12.0, 20.0, 0.0);
+            assert!(placed.distance(crest) < 3e-3, "{lower} {y} {z}: {placed}");
+            let inside = medial.place(DVec3::new(12.0, y - 0.3, z), &rim[..1]);
+            assert!(inside.z.abs() < 3e-3, "{lower} {y} {z}: {inside}");
+            let normal = medial.normal(inside, WallId(0)).unwrap();
+            assert!(normal.z > 1.0 - 1e-4, "{lower} {y} {z}: {normal}");
+            assert_eq!(medial.curvature_radius(placed, WallId(0)), f64::INFINITY);
+        }
+    }
+    // Of two faces each has its own border, and there the sides meet: a quarter of a right angle from the crest.
+    let (solid, aag, pairing) = round_ended(10, false);
+    let placed = Medial::new(&solid, &aag, &pairing).place(DVec3::new(12.0, 19.9, 0.0), &rim);
+    assert!(placed.z > 0.3, "{placed}");
 }
