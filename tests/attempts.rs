@@ -7,7 +7,8 @@
 mod binary;
 
 use binary::{Bench, PLATE, gmsh};
-use midshell::import::tetwild::find_tetwild;
+use glam::DVec3;
+use midshell::import::tetwild::{FillOptions, fill, find_tetwild};
 use midshell::import::{ImportOptions, Imported, import_cad};
 use std::path::Path;
 use std::time::{Duration, Instant};
@@ -179,6 +180,60 @@ Delete { Volume{1}; Surface{:}; Curve{:}; Point{:}; }";
             "{}",
             brep.volume()
         );
+    }
+}
+
+/// Facets of a box with the given counts of squares along its edges; each square is two triangles of its own corners.
+fn box_facets(counts: [usize; 3]) -> (Vec<DVec3>, Vec<[u32; 3]>) {
+    let (mut points, mut triangles) = (Vec::new(), Vec::new());
+    for axis in 0..3 {
+        let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
+        for (i, j, end) in (0..counts[u])
+            .flat_map(|i| (0..counts[v]).flat_map(move |j| [(i, j, false), (i, j, true)]))
+        {
+            let corner = |a: usize, b: usize| {
+                let mut p = [0.0; 3];
+                p[u] = (i + a) as f64;
+                p[v] = (j + b) as f64;
+                p[axis] = if end { counts[axis] as f64 } else { 0.0 };
+                DVec3::from(p)
+            };
+            let at = points.len() as u32;
+            points.extend([corner(0, 0), corner(1, 0), corner(1, 1), corner(0, 1)]);
+            for [a, b, c] in [[0, 1, 2], [0, 2, 3]] {
+                let (b, c) = if end { (b, c) } else { (c, b) };
+                triangles.push([at + a, at + b, at + c]);
+            }
+        }
+    }
+    (points, triangles)
+}
+
+#[cfg(all(target_os = "linux", any(target_arch = "x86_64", target_arch = "aarch64")))]
+#[test]
+fn ftetwild_fills_the_same_surface_in_the_same_way() {
+    if !has_tetwild() {
+        return;
+    }
+    let tool = find_tetwild(Some(&gmsh())).unwrap();
+    let (points, triangles) = box_facets([12, 9, 2]);
+    let options = FillOptions {
+        edge_length: 1.0,
+        envelope: 0.02,
+        time_limit: std::time::Duration::from_secs(60),
+        memory_limit: None,
+    };
+    let first = fill(&tool, &points, &triangles, &options).unwrap();
+    let volume: f64 = (first.tets.iter())
+        .map(|t| {
+            let [a, b, c, d] = t.map(|i| first.points[i as usize]);
+            (b - a).dot((c - a).cross(d - a)) / 6.0
+        })
+        .sum();
+    assert!((volume / 216.0 - 1.0).abs() < 0.01, "{volume}");
+    for _ in 0..2 {
+        let again = fill(&tool, &points, &triangles, &options).unwrap();
+        assert!(first == again, "the filling differs from run to run");
     }
 }
 

@@ -5,8 +5,8 @@
 //! OBJ and PLY are read here, see [`facet`].
 //!
 //! Guarantees: every piece is closed, outward oriented and filled, and its facets are exactly the boundary of its tets (see [`piece`]). The result
-//! depends on the file and the options only, not on how many threads this program uses, but for a part that only fTetWild fills: its fillings
-//! differ from run to run, which [`Imported::way`] tells. Nothing is left behind: all files live in a private temporary
+//! depends on the file and the options only, not on how many threads this program uses (for a part that only fTetWild fills: where
+//! [`tetwild`] says so). Nothing is left behind: all files live in a private temporary
 //! folder, and gmsh is killed when its time is over (processor time, see `spent.rs`). What was tried in vain is told in [`Imported::attempts`].
 //!
 //! Limits: made for gmsh 4.15; one too old for the script is refused with its own words. Gmsh cannot fill a part whose faces overlap or touch from two sides (a slit without
