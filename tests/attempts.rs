@@ -209,7 +209,10 @@ fn box_facets(counts: [usize; 3]) -> (Vec<DVec3>, Vec<[u32; 3]>) {
     (points, triangles)
 }
 
-#[cfg(all(target_os = "linux", any(target_arch = "x86_64", target_arch = "aarch64")))]
+#[cfg(all(
+    target_os = "linux",
+    any(target_arch = "x86_64", target_arch = "aarch64")
+))]
 #[test]
 fn ftetwild_fills_the_same_surface_in_the_same_way() {
     if !has_tetwild() {
