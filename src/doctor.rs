@@ -3,15 +3,18 @@
 //! Guarantees: never hangs (every process gets a time limit) and changes nothing.
 //! Limits: only what shows without meshing a part; a gmsh that starts may still fail on a file.
 
-use crate::import::find_gmsh;
 use crate::import::tetwild::{self, find_tetwild};
+use crate::import::{INSTALL as GMSH, find_gmsh};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 
 /// The oldest gmsh whose MSH 4.1 and HXT mesher we rely on, as (major, minor).
 const OLDEST_GMSH: (u32, u32) = (4, 11);
 
-const INSTALL_GMSH: &str = "python3 -m venv .venv && .venv/bin/pip install gmsh==4.15.2, then name it with --gmsh or MIDSHELL_GMSH";
+/// What mends a missing or unusable gmsh.
+fn install_gmsh() -> String {
+    format!("{GMSH}, then name it with --gmsh or MIDSHELL_GMSH")
+}
 
 /// One thing that was looked at.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -98,11 +101,11 @@ fn examine_version(text: &str) -> Finding {
         Some(_) => {
             let (major, minor) = OLDEST_GMSH;
             let found = format!("{text}, but {major}.{minor} or later is needed");
-            Finding::ill(what, found, INSTALL_GMSH)
+            Finding::ill(what, found, &install_gmsh())
         }
         None => {
             let found = format!("it answers '{text}', which is no version");
-            Finding::ill(what, found, INSTALL_GMSH)
+            Finding::ill(what, found, &install_gmsh())
         }
     }
 }

@@ -93,7 +93,7 @@ impl OptionFault {
                 "give a number such as --size-curvature 24, or leave it out".into()
             }
             OptionFault::TimeLimit => {
-                "give the seconds that gmsh may take, such as --time-limit 300".into()
+                "give the seconds of processor time that reading and filling the part may take, such as --time-limit 300".into()
             }
             OptionFault::Shape(_) => {
                 let names: Vec<&str> = ElementShape::NAMED.iter().map(|n| n.0).collect();

@@ -117,6 +117,68 @@ fn a_reader_that_goes_away_is_no_failure() {
     assert_eq!(String::from_utf8_lossy(&output.stderr), "");
 }
 
+#[cfg(target_os = "linux")]
+#[test]
+fn a_full_terminal_takes_nothing_back_that_was_written() {
+    let bench = Bench::new();
+    let input = bench.step("plate.step", PLATE);
+    let mut command = bench.midshell();
+    command.arg("mesh").arg(&input).args(["-o", "out.vtu"]);
+    let mut shell = std::process::Command::new("sh");
+    let program = command.get_program().to_string_lossy().into_owned();
+    let words: Vec<String> = (command.get_args())
+        .map(|a| format!("'{}'", a.to_string_lossy()))
+        .collect();
+    shell.args([
+        "-c",
+        &format!("'{program}' {} > /dev/full", words.join(" ")),
+    ]);
+    shell.current_dir(bench.at("."));
+    for (name, value) in command.get_envs() {
+        shell.env(name, value.unwrap_or_default());
+    }
+    let output = shell.output().unwrap();
+    let stderr = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(0), "{stderr}");
+    assert!(stderr.contains("warning"), "{stderr}");
+    assert!(bench.at("out.vtu").is_file());
+}
+
+#[test]
+fn a_temporary_folder_that_is_none_is_no_fault_of_the_input() {
+    let bench = Bench::new();
+    let input = bench.step("plate.step", PLATE);
+    let mut command = bench.midshell();
+    command.arg("mesh").arg(&input).args(["-o", "out.vtu"]);
+    command.env("TMPDIR", "/nonexistent/folder");
+    let ended = bench.run(command);
+    ended.refused(6, &["/nonexistent/folder", "TMPDIR"]);
+}
+
+#[test]
+fn a_size_is_held_against_the_whole_part() {
+    let bench = Bench::new();
+    let apart = "Box(1) = {0, 0, 0, 50, 40, 2}; Box(2) = {500, 0, 0, 50, 40, 2};";
+    let input = bench.step("apart.step", apart);
+    bench
+        .mesh(&input, &["--size", "90"])
+        .went_well(&["out.vtu"]);
+    let ended = bench.mesh(&input, &["--size", "600"]);
+    ended.refused(2, &["mm corner to corner"]);
+}
+
+#[test]
+fn a_complaint_names_the_verb() {
+    let bench = Bench::new();
+    let input = bench.step("plate.step", PLATE);
+    let mut command = bench.midshell();
+    command
+        .arg("inspect")
+        .arg(&input)
+        .args(["--time-limit", "0"]);
+    bench.run(command).refused(2, &["cannot inspect"]);
+}
+
 #[test]
 fn doctor_knows_a_sound_gmsh_from_a_missing_one() {
     let sound = gmsh().display().to_string();

@@ -35,7 +35,7 @@ fn mesh(args: &MeshArgs) -> Result<ExitClass, Complaint> {
     let options = args.options();
     options
         .check()
-        .map_err(|fault| Complaint::options(input, &fault))?;
+        .map_err(|fault| Complaint::options("mesh", input, &fault))?;
     let formats = args
         .outputs
         .iter()
@@ -58,7 +58,16 @@ fn mesh(args: &MeshArgs) -> Result<ExitClass, Complaint> {
         outputs.push((path.clone(), json.clone().into_bytes()));
     }
     export::write_all(&outputs).map_err(|e| Complaint::output(input, &e))?;
-    tell(args, &run, &json)?;
+    // The files are there: a terminal that takes no more is no reason to call the run failed, nor to hide a doubt.
+    match tell(args, &run, &json) {
+        Err(complaint) if !is_stdout(&args.json) => {
+            console::message(&format!(
+                "warning: {}: {}\n",
+                complaint.what, complaint.cause
+            ));
+        }
+        told => told?,
+    }
     if run.report.doubts.is_empty() {
         return Ok(ExitClass::Right);
     }
@@ -139,7 +148,7 @@ fn inspect(args: &InspectArgs) -> Result<ExitClass, Complaint> {
     let options = args.source.options();
     options
         .check()
-        .map_err(|fault| Complaint::options(input, &fault))?;
+        .map_err(|fault| Complaint::options("inspect", input, &fault))?;
     let file = json_file(&args.json);
     refuse_clashes(input, &file.iter().copied().collect::<Vec<_>>())?;
     if let Some(path) = file {

@@ -47,8 +47,8 @@ impl Complaint {
     }
 
     /// The options are wrong whatever the part is.
-    pub fn options(input: &Path, fault: &OptionFault) -> Self {
-        let what = format!("cannot mesh {}", input.display());
+    pub fn options(verb: &str, input: &Path, fault: &OptionFault) -> Self {
+        let what = format!("cannot {verb} {}", input.display());
         Self::usage(what, chain(fault), fault.remedy())
     }
 

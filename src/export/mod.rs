@@ -62,7 +62,7 @@ impl Format {
             "vtu" => Some(Format::Vtu),
             "msh" => Some(Format::Msh),
             "inp" => Some(Format::Calculix),
-            "bdf" | "nas" | "dat" => Some(Format::Nastran),
+            "bdf" | "nas" => Some(Format::Nastran),
             _ => None,
         }
     }

@@ -68,6 +68,30 @@ pub enum WriteError {
     },
 }
 
+impl WriteError {
+    /// The error of the system as one of ours.
+    pub(crate) fn of(path: &Path, bytes: usize, source: io::Error) -> Self {
+        let path = path.to_path_buf();
+        match source.kind() {
+            ErrorKind::PermissionDenied | ErrorKind::ReadOnlyFilesystem => {
+                WriteError::NoRights { path, source }
+            }
+            ErrorKind::StorageFull | ErrorKind::QuotaExceeded | ErrorKind::FileTooLarge => {
+                WriteError::NoRoom {
+                    path,
+                    bytes,
+                    source,
+                }
+            }
+            ErrorKind::IsADirectory => WriteError::IsFolder { path },
+            _ => WriteError::Other { path, source },
+        }
+    }
+}
+
+/// Links that are followed one after the other, as Linux does.
+const LINKS: usize = 40;
+
 /// Writes every output, or, with an error, none.
 pub fn write_all(outputs: &[(PathBuf, Vec<u8>)]) -> Result<(), WriteError> {
     write_all_with(outputs, |file, bytes| file.write_all(bytes))
@@ -88,7 +112,7 @@ pub fn write_all_with(
     }
     let mut filled = Vec::with_capacity(outputs.len());
     for ((path, bytes), target) in outputs.iter().zip(&targets) {
-        let named = |e: io::Error| named(path, bytes.len(), e);
+        let named = |e: io::Error| WriteError::of(path, bytes.len(), e);
         let mut file = temporary(target).map_err(named)?;
         fill(file.as_file_mut(), bytes).map_err(named)?;
         file.as_file().sync_all().map_err(named)?;
@@ -101,16 +125,29 @@ pub fn write_all_with(
 /// Finds out whether an output could be written, and leaves nothing behind: better known before an hour's work than after it.
 pub fn probe(path: &Path) -> Result<(), WriteError> {
     let target = target(path)?;
-    temporary(&target).map(drop).map_err(|e| named(path, 0, e))
+    temporary(&target)
+        .map(drop)
+        .map_err(|e| WriteError::of(path, 0, e))
 }
 
 /// The file that shall be replaced or made: in an existing folder, and not a folder, device or pipe.
 fn target(path: &Path) -> Result<PathBuf, WriteError> {
+    // A link to a file that is not there yet: the file is made, the link stays.
+    let mut path = path.to_path_buf();
+    for _ in 0..LINKS {
+        match (fs::metadata(&path), fs::read_link(&path)) {
+            (Err(e), Ok(to)) if e.kind() == ErrorKind::NotFound => path = folder_of(&path).join(to),
+            _ => break,
+        }
+    }
+    let path = path.as_path();
     let folder = folder_of(path);
     let at = || path.to_path_buf();
     match fs::metadata(folder) {
         Ok(data) if data.is_dir() => {}
-        Err(e) if e.kind() == ErrorKind::PermissionDenied => return Err(named(path, 0, e)),
+        Err(e) if e.kind() == ErrorKind::PermissionDenied => {
+            return Err(WriteError::of(path, 0, e));
+        }
         Ok(_) | Err(_) => {
             return Err(WriteError::FolderMissing {
                 path: at(),
@@ -121,15 +158,15 @@ fn target(path: &Path) -> Result<PathBuf, WriteError> {
     match fs::metadata(path) {
         Ok(data) if data.is_dir() => Err(WriteError::IsFolder { path: at() }),
         Ok(data) if !data.is_file() => Err(WriteError::NotAFile { path: at() }),
-        Ok(_) => fs::canonicalize(path).map_err(|e| named(path, 0, e)),
+        Ok(_) => fs::canonicalize(path).map_err(|e| WriteError::of(path, 0, e)),
         Err(e) if e.kind() == ErrorKind::NotFound => {
             let name = path
                 .file_name()
                 .ok_or_else(|| WriteError::IsFolder { path: at() })?;
-            let folder = fs::canonicalize(folder).map_err(|e| named(path, 0, e))?;
+            let folder = fs::canonicalize(folder).map_err(|e| WriteError::of(path, 0, e))?;
             Ok(folder.join(name))
         }
-        Err(e) => Err(named(path, 0, e)),
+        Err(e) => Err(WriteError::of(path, 0, e)),
     }
 }
 
@@ -184,7 +221,7 @@ fn rename_all(
             Ok(old) => done.push((target, old)),
             Err(e) => {
                 undo(done);
-                return Err(named(path, bytes.len(), e));
+                return Err(WriteError::of(path, bytes.len(), e));
             }
         }
     }
@@ -222,25 +259,6 @@ fn undo(done: Vec<(&PathBuf, Option<TempPath>)>) {
 fn sync_folder(folder: &Path) {
     if let Ok(folder) = File::open(folder) {
         drop(folder.sync_all());
-    }
-}
-
-/// The error of the system as one of ours.
-fn named(path: &Path, bytes: usize, source: io::Error) -> WriteError {
-    let path = path.to_path_buf();
-    match source.kind() {
-        ErrorKind::PermissionDenied | ErrorKind::ReadOnlyFilesystem => {
-            WriteError::NoRights { path, source }
-        }
-        ErrorKind::StorageFull | ErrorKind::QuotaExceeded | ErrorKind::FileTooLarge => {
-            WriteError::NoRoom {
-                path,
-                bytes,
-                source,
-            }
-        }
-        ErrorKind::IsADirectory => WriteError::IsFolder { path },
-        _ => WriteError::Other { path, source },
     }
 }
 
@@ -406,6 +424,25 @@ mod tests {
             "{result:?}"
         );
         assert_eq!(listing(folder.path()), pairs(&[("closed.vtu", "old")]));
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_link_to_a_file_that_is_not_there_yet_stays_a_link() {
+        use std::os::unix::fs::symlink;
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        fs::create_dir(at("sub")).unwrap();
+        symlink("sub/second.vtu", at("first.vtu")).unwrap();
+        symlink("new.vtu", at("sub/second.vtu")).unwrap();
+        write_all(&[output(at("first.vtu"), "new")]).unwrap();
+        assert_eq!(fs::read_to_string(at("sub/new.vtu")).unwrap(), "new");
+        for link in ["first.vtu", "sub/second.vtu"] {
+            assert!(fs::symlink_metadata(at(link)).unwrap().is_symlink());
+        }
+        // Round in a circle there is no file.
+        symlink("round.vtu", at("round.vtu")).unwrap();
+        assert!(write_all(&[output(at("round.vtu"), "new")]).is_err());
     }
 
     #[cfg(unix)]

@@ -41,6 +41,14 @@ pub enum ImportError {
         /// What the operating system said.
         cause: std::io::Error,
     },
+    /// There is no temporary folder to work in.
+    #[error("the temporary folder {} cannot be used: {cause}", path.display())]
+    NoFolder {
+        /// Where it should have been.
+        path: PathBuf,
+        /// What the operating system said.
+        cause: std::io::Error,
+    },
     /// The extension belongs to no format that is read here.
     #[error("{}: unknown format {}", path.display(), named(extension))]
     UnknownFormat {
@@ -182,6 +190,9 @@ impl ImportError {
                 "Check the rights on the file and the free space in the temporary folder (TMPDIR)."
                     .to_owned()
             }
+            Self::NoFolder { .. } => {
+                "Name a folder that may be written to and has room in the variable TMPDIR.".to_owned()
+            }
             Self::UnknownFormat { .. } => {
                 "Export the part as STEP (.step, .stp), IGES (.iges, .igs), OpenCASCADE BREP (.brep), or as facets (.stl, .obj, .ply)."
                     .to_owned()
@@ -221,16 +232,14 @@ impl ImportError {
                     .to_owned()
             }
             Self::GmshMissing { .. } => {
-                "Install it with `python3 -m venv .venv && .venv/bin/pip install gmsh`, or name it with --gmsh or MIDSHELL_GMSH."
-                    .to_owned()
+                format!("Install it with `{}`, or name it with --gmsh or MIDSHELL_GMSH.", super::gmsh::INSTALL)
             }
             Self::GmshUnusable { lines, .. } => {
                 if lines.iter().any(|l| l.contains("shared object") || l.contains("shared libraries")) {
                     "Install the libraries that gmsh needs: `apt-get install libglu1-mesa libxcursor1 libxft2 libxinerama1 libgomp1`."
                         .to_owned()
                 } else {
-                    "Install it anew with `python3 -m venv .venv && .venv/bin/pip install gmsh`, or name another with --gmsh or MIDSHELL_GMSH."
-                        .to_owned()
+                    format!("Install it anew with `{}`, or name another with --gmsh or MIDSHELL_GMSH.", super::gmsh::INSTALL)
                 }
             }
             Self::GmshFailed { attempts, .. } | Self::BadMesh { attempts, .. }
@@ -242,7 +251,7 @@ impl ImportError {
                 )
             }
             Self::GmshFailed { .. } | Self::BadMesh { .. } => {
-                "Faces that overlap, touch or are slivers are the usual cause: heal the part in the CAD system, or try another size factor."
+                "Faces that overlap, touch or are slivers are the usual cause: heal the part in the CAD system."
                     .to_owned()
             }
             Self::TimedOut { .. } => {

@@ -56,7 +56,7 @@ impl Gmsh {
 /// or `gmsh` on `PATH`; the first that exists, in this order. A path that is named and does not exist is an error, never passed over.
 pub fn find_gmsh(explicit: Option<&Path>) -> Result<Gmsh, ImportError> {
     let launcher = Launcher::find(explicit)?;
-    let folder = tempfile::tempdir().map_err(|cause| ImportError::Unreadable {
+    let folder = tempfile::tempdir().map_err(|cause| ImportError::NoFolder {
         path: env::temp_dir(),
         cause,
     })?;
@@ -91,6 +91,9 @@ pub fn find_gmsh(explicit: Option<&Path>) -> Result<Gmsh, ImportError> {
 fn is_version(text: &str) -> bool {
     text.starts_with(|c: char| c.is_ascii_digit()) && text.contains('.')
 }
+
+/// How to install what is missing.
+pub const INSTALL: &str = "python3 -m venv .venv && .venv/bin/pip install gmsh==4.15.2";
 
 /// How a found command is started.
 #[derive(Clone, Debug)]
@@ -166,10 +169,11 @@ pub(super) fn absolute(path: &Path) -> PathBuf {
     std::path::absolute(path).unwrap_or_else(|_| path.to_path_buf())
 }
 
+/// The first file of this name in the folders of `PATH`, as an absolute path: what is found is started from another folder.
 pub(super) fn on_path(name: &str) -> Option<PathBuf> {
     let path = env::var_os("PATH")?;
     env::split_paths(&path)
-        .map(|folder| folder.join(name))
+        .map(|folder| absolute(&folder.join(name)))
         .find(|p| p.is_file())
 }
 

@@ -35,7 +35,7 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 pub use error::{ImportError, MeshFault};
-pub use gmsh::{Gmsh, find_gmsh};
+pub use gmsh::{Gmsh, INSTALL, find_gmsh};
 pub use tetwild::TetWildError;
 
 use crate::model::brep::Brep;
@@ -127,7 +127,7 @@ pub fn import_cad_told(
         header::Format::Facets(format) => return facet::import_facets(path, format, options, tell),
     };
     let launcher = Launcher::find(options.gmsh.as_deref())?;
-    let here = |cause| ImportError::Unreadable {
+    let here = |cause| ImportError::NoFolder {
         path: std::env::temp_dir(),
         cause,
     };
@@ -196,7 +196,7 @@ impl Failure {
 /// Share of the time limit that one run of gmsh may take. Of 61 real parts that gmsh fills, the largest took 25 s on a busy machine.
 const ATTEMPT_SHARE: f64 = 0.5;
 /// Share of the time limit that all runs of gmsh may take; the rest is for fTetWild, which takes 10 to 30 s.
-const GMSH_SHARE: f64 = 0.6;
+pub(in crate::import) const GMSH_SHARE: f64 = 0.6;
 struct Job<'a> {
     path: &'a Path,
     extension: &'static str,
@@ -319,7 +319,7 @@ impl Job<'_> {
     }
 
     fn start(&self, attempt: &Attempt, facts: Facts, left: Duration) -> Result<Run, ImportError> {
-        let unreadable = |cause| ImportError::Unreadable {
+        let unreadable = |cause| ImportError::NoFolder {
             path: self.folder.to_path_buf(),
             cause,
         };

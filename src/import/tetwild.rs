@@ -22,7 +22,7 @@ use super::process::{self, Ended, Limits};
 use super::spent::Budget;
 
 /// How to install what is missing.
-pub const INSTALL: &str = "python3 -m venv .venv && .venv/bin/pip install pytetwild pyvista==0.4.2, or name a Python that has it with MIDSHELL_PYTHON";
+pub const INSTALL: &str = "python3 -m venv .venv && .venv/bin/pip install pytetwild==0.4.2 pyvista==0.49.1, or name a Python that has it with MIDSHELL_PYTHON";
 
 /// Of processor time; by the clock it is long enough for a cold disk.
 const IMPORT_LIMIT: Duration = Duration::from_secs(15);

@@ -31,7 +31,12 @@ fn faces(piece: &Piece) -> usize {
 pub(super) fn fault(piece: &Piece, solids: &[SolidFacts]) -> Option<MeshFault> {
     let solid = piece.brep.solid_tag;
     let facts = solids.iter().find(|s| s.tag == solid && s.volume > 0.0)?;
-    let share = volume(piece) / facts.volume;
+    departs(piece, facts.volume)
+}
+
+/// The fault of a filling whose facets enclose another volume than this, mm³.
+pub(super) fn departs(piece: &Piece, wanted: f64) -> Option<MeshFault> {
+    let (solid, share) = (piece.brep.solid_tag, volume(piece) / wanted);
     (!agree(share, 1.0)).then_some(MeshFault::Volume { solid, share })
 }
 

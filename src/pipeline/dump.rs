@@ -31,10 +31,7 @@ impl<'a> Dump<'a> {
     pub(super) fn new(options: &'a MeshOptions, solid: Option<i32>) -> Result<Self, PipelineError> {
         let folder = options.dump.as_deref();
         if let Some(path) = folder {
-            std::fs::create_dir_all(path).map_err(|source| WriteError::NoRights {
-                path: path.to_owned(),
-                source,
-            })?;
+            std::fs::create_dir_all(path).map_err(|e| WriteError::of(path, 0, e))?;
         }
         Ok(Self { folder, solid })
     }

@@ -48,6 +48,7 @@ impl PipelineError {
                 | ImportError::TimedOut { .. }
                 | ImportError::BadMesh { .. },
             ) => ExitClass::ToolFailed,
+            PipelineError::Import(ImportError::NoFolder { .. }) => ExitClass::OutputFailed,
             PipelineError::Import(_) => ExitClass::BadInput,
             PipelineError::BadSize(_) => ExitClass::BadUsage,
             PipelineError::NoThinWall { .. } => ExitClass::NoThinWall,

@@ -1,7 +1,7 @@
 //! Shells of several solids as one mesh.
 
-use crate::model::ids::{Id, NodeId, SheetId};
-use crate::model::shell::{Corners, ShellMesh};
+use crate::model::ids::{Id, NodeId, SheetId, WallId};
+use crate::model::shell::{Corners, Sheet, ShellMesh};
 
 /// Puts meshes behind one another; nodes are never shared between solids.
 pub(super) fn merge(meshes: Vec<ShellMesh>) -> ShellMesh {
@@ -9,6 +9,8 @@ pub(super) fn merge(meshes: Vec<ShellMesh>) -> ShellMesh {
     let mut all = meshes.next().unwrap_or_default();
     for mesh in meshes {
         let (nodes, sheets) = (all.nodes.len() as u32, all.sheets.len());
+        let walls = (all.sheets.iter()).map(|s| s.wall.index() + 1).max();
+        let walls = walls.unwrap_or(0);
         let node = |n: NodeId| NodeId(n.0 + nodes);
         let edges = |e: Vec<[NodeId; 2]>| e.into_iter().map(move |e| e.map(node));
         all.nodes = all
@@ -41,7 +43,10 @@ pub(super) fn merge(meshes: Vec<ShellMesh>) -> ShellMesh {
             .sheets
             .into_vec()
             .into_iter()
-            .chain(mesh.sheets.into_vec())
+            .chain(mesh.sheets.into_vec().into_iter().map(|sheet| Sheet {
+                wall: WallId::new(sheet.wall.index() + walls),
+                ..sheet
+            }))
             .collect();
         all.rims.extend(edges(mesh.rims));
         all.junctions.extend(edges(mesh.junctions));

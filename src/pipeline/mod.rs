@@ -29,6 +29,7 @@ use crate::options::MeshOptions;
 use crate::stage::{audit, quads, quality};
 use clock::Clock;
 use dump::Dump;
+use glam::DVec3;
 use seen::Seen;
 use std::path::Path;
 
@@ -87,16 +88,23 @@ fn import_options(options: &MeshOptions) -> ImportOptions {
     }
 }
 
+/// Diagonal of the box round all solids together, mm.
+fn diagonal(pieces: &[Piece]) -> f64 {
+    let points = pieces.iter().flat_map(|p| p.brep.vertices.as_slice());
+    let none = [DVec3::INFINITY, DVec3::NEG_INFINITY];
+    let [low, high] = points.fold(none, |[l, h], &p| [l.min(p), h.max(p)]);
+    (high - low).max(DVec3::ZERO).length()
+}
+
 /// Meshes solids that are already read and filled.
 fn mesh_pieces(
     pieces: Vec<Piece>,
     options: &MeshOptions,
     clock: &mut Clock<'_>,
 ) -> Result<MeshRun, PipelineError> {
+    options.check_against(diagonal(&pieces))?;
     let pieces: Vec<Seen> = (pieces.into_iter()).map(|p| Seen::new(p, clock)).collect();
     let breps: Vec<&Brep> = pieces.iter().map(|p| &p.piece.brep).collect();
-    let diagonal = breps.iter().map(|b| b.diagonal()).fold(0.0, f64::max);
-    options.check_against(diagonal)?;
     let mut meshes = Vec::new();
     let mut solids = Vec::new();
     for seen in &pieces {

@@ -92,6 +92,13 @@ impl fmt::Display for RunReport {
         for note in &self.notes {
             writeln!(f, "note: {note}")?;
         }
+        if self.import_way.contains("fTetWild") {
+            writeln!(
+                f,
+                "note: gmsh could not fill the part; filled by {}",
+                self.import_way
+            )?;
+        }
         for s in &self.solids {
             let peaks: Vec<String> = s
                 .peaks

@@ -4,6 +4,7 @@
 
 use std::fmt::Write as _;
 use std::path::Path;
+use std::time::Duration;
 
 use super::soup::Soup;
 use crate::import::gmsh::{self, Launcher};
@@ -39,13 +40,13 @@ pub(super) struct Filler<'a> {
 }
 
 impl Filler<'_> {
-    /// Fills the facets with tets of about this size; the mesh and the version of gmsh.
+    /// Fills the facets with tets of about this size, within this time; the mesh and the version of gmsh.
     pub(super) fn fill(
         &self,
         facets: &Soup,
         size: f64,
         mesher: u32,
-        budget: &Budget,
+        (limit, budget): (Duration, &Budget),
     ) -> Result<(Msh, String), FillFault> {
         let io = |e: std::io::Error| FillFault::Failed(vec![e.to_string()]);
         let unit = unit(facets);
@@ -67,7 +68,7 @@ impl Filler<'_> {
                 self.folder,
                 &[SCRIPT, "-nt", &threads, "-"],
                 Limits {
-                    time: budget.left(),
+                    time: limit,
                     memory: self.memory_limit,
                 },
             )

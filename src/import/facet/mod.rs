@@ -3,7 +3,7 @@
 //! Order: read ([`stl`], [`obj`], [`ply`]), weld ([`weld`]), turn outwards, close small holes and part into solids ([`shells`]), find the faces ([`segment`]),
 //! bring the facets to a size that a wall can be filled at ([`remesh`]), fill by gmsh or fTetWild (`fill`).
 //!
-//! Guarantees: no bytes make it panic; what is mended is counted in [`Imported::attempts`] where it was more than welding; what is no solid is refused with
+//! Guarantees: no bytes make it panic; what is mended is counted in [`Imported::notes`] where it was more than welding; what is no solid is refused with
 //! the reason, the places and the counts. Limits: facet files name no unit: the caller does, or mm are assumed ([`Imported::notes`]); faces are as good as the tessellation.
 
 mod assemble;
@@ -30,7 +30,7 @@ use super::msh::Msh;
 use super::relabel::relabel;
 use super::spent::Budget;
 use super::tetwild::{self, FillOptions};
-use super::{ImportOptions, Imported, Piece, piece};
+use super::{GMSH_SHARE, ImportOptions, Imported, Piece, TetWildError, piece, volume};
 use fill::{DELAUNAY, FillFault, Filler, HXT};
 use remesh::{Remeshed, Wanted};
 use soup::{ReadError, Soup};
@@ -124,7 +124,7 @@ pub(super) fn import_facets(
     let folder = tempfile::Builder::new()
         .prefix("midshell-")
         .tempdir()
-        .map_err(|cause| ImportError::Unreadable {
+        .map_err(|cause| ImportError::NoFolder {
             path: std::env::temp_dir(),
             cause,
         })?;
@@ -144,17 +144,30 @@ pub(super) fn import_facets(
         ..Imported::default()
     };
     if mended.holes + mended.crumbs > 0 {
-        imported.attempts.push(format!(
-            "the facets as they are: {} small holes closed, {} crumbs left out",
+        let note = format!(
+            "the facets were mended: {} small holes closed, {} crumbs left out",
             mended.holes, mended.crumbs
-        ));
+        );
+        tell(&note);
+        imported.notes.push(note);
     }
     let (mut faces, mut curves) = (0, 0);
+    let mut ways: Vec<String> = Vec::new();
     for (tag, solid) in (1..).zip(&solids) {
         let facets = &solid.facets;
+        let first = imported.attempts.len();
         let piece = job.solid(facets, tag, (&mut faces, &mut curves), &mut imported, tell)?;
         imported.pieces.push(piece);
+        if solids.len() > 1 {
+            for attempt in &mut imported.attempts[first..] {
+                *attempt = format!("solid {tag}: {attempt}");
+            }
+        }
+        if !ways.contains(&imported.way) {
+            ways.push(std::mem::take(&mut imported.way));
+        }
     }
+    imported.way = ways.join("; ");
     Ok(imported)
 }
 
@@ -175,28 +188,28 @@ impl Job<'_> {
         tell: &mut dyn FnMut(&str),
     ) -> Result<Piece, ImportError> {
         let mut last = Vec::new();
+        let mut late = false;
         let of = |smooth| sized(facets, self.options.size_factor, smooth);
         let (mut surface, size) = of(true);
         for (name, mesher, smooth) in WAYS {
             if !smooth && surface.smooth {
                 (surface, _) = of(false);
             }
+            let left = self.budget.left_of(GMSH_SHARE);
+            if left.is_zero() {
+                break;
+            }
             tell(name);
-            match self.filler.fill(&surface.soup, size, mesher, &self.budget) {
+            let filled = (self.filler).fill(&surface.soup, size, mesher, (left, &self.budget));
+            match filled {
                 Ok((msh, version)) => {
                     imported.gmsh_version = version;
                     imported.way = format!("facets, {name}");
                     return self.piece(&surface, &msh, tag, numbers, imported);
                 }
                 Err(FillFault::TimedOut) => {
-                    imported
-                        .attempts
-                        .push(format!("{name}: stopped, out of time"));
-                    return Err(ImportError::TimedOut {
-                        path: self.path.to_path_buf(),
-                        limit: self.options.time_limit,
-                        attempts: std::mem::take(&mut imported.attempts),
-                    });
+                    late = true;
+                    (imported.attempts).push(format!("{name}: stopped, out of time"));
                 }
                 Err(FillFault::Unusable(lines)) => {
                     return Err(ImportError::GmshUnusable {
@@ -220,6 +233,14 @@ impl Job<'_> {
             }
             Err(fault) => {
                 imported.attempts.push(format!("fTetWild: {fault}"));
+                late |= matches!(fault, MeshFault::TetWild(TetWildError::TimedOut { .. }));
+                if late {
+                    return Err(ImportError::TimedOut {
+                        path: self.path.to_path_buf(),
+                        limit: self.options.time_limit,
+                        attempts: std::mem::take(&mut imported.attempts),
+                    });
+                }
                 Err(ImportError::GmshFailed {
                     path: self.path.to_path_buf(),
                     attempts: std::mem::take(&mut imported.attempts),
@@ -250,6 +271,9 @@ impl Job<'_> {
             tetwild::fill_counted(&tool, &soup.points, &soup.triangles, &options, &self.budget)?;
         let skin = assemble::skin(surface, tag, faces, curves);
         let piece = relabel(&skin, &filling, envelope)?;
+        if let Some(fault) = volume::departs(&piece, surface.volume) {
+            return Err(fault);
+        }
         Ok((
             piece,
             format!("facets, fTetWild (pytetwild {})", tool.version),
@@ -309,6 +333,7 @@ pub fn sized(facets: &Soup, size_factor: f64, smooth: bool) -> (Remeshed, f64) {
     };
     let mut surface = remesh::remesh(facets, &faces, &wanted);
     surface.thickness = thickness;
+    surface.volume = volume;
     surface.smooth = smooth;
     (surface, size)
 }

@@ -53,6 +53,8 @@ pub struct Remeshed {
     pub mids: Vec<[DVec3; 3]>,
     /// Mean thickness of the solid.
     pub thickness: f64,
+    /// Its volume, as its facets were read.
+    pub volume: f64,
     /// Whether new points lie on the smooth surface.
     pub smooth: bool,
 }
@@ -463,6 +465,7 @@ impl Mesh<'_> {
             region: stay.iter().map(|&t| self.region[t]).collect(),
             mids,
             thickness: 0.0,
+            volume: 0.0,
             smooth,
         }
     }

@@ -46,7 +46,12 @@ fn every_element_keeps_its_corners_sheet_and_solid() {
             }
             assert_eq!(merged.thickness, e.thickness);
             assert_eq!(merged.sheet, SheetId(k as u32));
-            assert_eq!(all.sheets[merged.sheet], part.sheets[e.sheet]);
+            let sheet = &all.sheets[merged.sheet];
+            // Each of these parts has one wall.
+            assert_eq!(sheet.wall, WallId(k as u32));
+            let (tag, sides) = (sheet.solid_tag, &sheet.sides);
+            let own = &part.sheets[e.sheet];
+            assert_eq!((tag, sides), (own.solid_tag, &own.sides));
         }
         for (whole, own) in [
             (&all.rims, &part.rims),
