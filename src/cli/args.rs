@@ -47,7 +47,7 @@ pub enum Verb {
 /// What is read, and with which tool.
 #[derive(Args, Debug)]
 pub struct SourceArgs {
-    /// The part: a CAD file (STEP, IGES, BREP) or closed facets (STL, OBJ, PLY; lengths in mm)
+    /// The part: a CAD file (STEP, IGES, BREP) or closed facets (STL, OBJ, PLY; lengths in --unit)
     #[arg(value_name = "IN", value_hint = ValueHint::FilePath)]
     pub input: PathBuf,
     /// Unit of the lengths in a STL, OBJ or PLY file, which names none [default: mm]

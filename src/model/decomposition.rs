@@ -45,5 +45,5 @@ pub struct Collapsed {
     pub bars: Vec<TetFaceId>,
 }
 
-/// Order in which a 2-cell may go: lower first; `None` is protected.
+/// Order in which a 2-cell may go: lower first. What has none is protected.
 pub type Grade = u8;

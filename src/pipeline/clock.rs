@@ -1,4 +1,4 @@
-//! The only clock: seconds a stage.
+//! The clock of the stages: seconds each. Foreign programs are timed where they are started (`import::spent`).
 
 use super::Progress;
 use std::time::Instant;

@@ -1,4 +1,4 @@
-//! The only look at the system's book-keeping: the most memory that a run held at a time.
+//! A look at the system's book-keeping: the most memory that a run held at a time.
 //!
 //! Limits: Linux alone tells both; elsewhere nothing is said. A process that uses this as a library may have had its peak, or a larger child, before the run.
 

@@ -1,4 +1,4 @@
-//! From a filled solid to its placed mid-complex: several protections are tried, and the one that is right and covers most wall is kept.
+//! From a filled solid to its placed mid-complex: several least widths of walls are tried, and the one that is right and covers most wall is kept.
 //!
 //! The topology certificate costs nothing, so the choice of what counts as a wall need not be made beforehand.
 

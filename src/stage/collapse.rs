@@ -1,4 +1,4 @@
-//! Collapse: the living 2-cells of the dual complex after all that is no wall has been collapsed away (design notes, section 3).
+//! Collapse: the living 2-cells of the dual complex after all that is no wall has been collapsed away (ARCHITECTURE, "Choices").
 //!
 //! The dual complex has a 3-cell a vertex, a 2-cell an edge, a 1-cell a triangle and a 0-cell a tet of the filling, and one cell more on the
 //! boundary for everything there. It fills the solid. Only simple collapses are made: a cell goes together with a free face of it. What is

@@ -1,4 +1,4 @@
-//! Decompose: labels on the vertices of the filling, and which of its edges run through a wall (design notes, section 3).
+//! Decompose: labels on the vertices of the filling, and which of its edges run through a wall (ARCHITECTURE, "Choices").
 //!
 //! A vertex carries the wall faces it lies on; on a blend, those that the blend joins; elsewhere the nearest wall face. An edge runs through
 //! a wall where its ends carry opposing labels, unless it leaves both sides outwards: then it crosses the gap between two layers of one wall (the turns of a thread), in

@@ -20,15 +20,6 @@ use glam::DVec3;
 use rayon::prelude::*;
 use smallvec::SmallVec;
 
-/// The raw mid-complex with its nodes placed.
-#[derive(Clone, Debug, Default)]
-pub struct Extracted {
-    /// The complex.
-    pub complex: MidComplex,
-    /// Living cells for which no pair of labels named a wall; they took their neighbours'.
-    pub adopted: usize,
-}
-
 /// The wall of every living cell: that of the opposing labels whose faces are nearest; cells without any take their neighbours'.
 pub fn cell_walls(
     brep: &Brep,
