@@ -135,6 +135,49 @@ pub(crate) fn tube_brep(outer: f64, inner: f64, height: f64, n: usize) -> Brep {
     })
 }
 
+/// A hollow wing along y: a round nose of `n` curved facets round the axis, and sides that meet behind it at twice `half_angle`, in rad. Faces 0 to 2 are the upper side, the
+/// nose and the lower side outside, 3 to 5 the same inside; 6 and 7 are the ends.
+pub(crate) fn wing_brep(outer: f64, inner: f64, half_angle: f64, length: f64, n: usize) -> Brep {
+    let turn = std::f64::consts::PI + 2.0 * half_angle;
+    let ring = n + 2;
+    let mut points = Vec::new();
+    for (r, y) in [(outer, 0.0), (outer, length), (inner, 0.0), (inner, length)] {
+        points.push(DVec3::new(r / half_angle.sin(), y, 0.0));
+        for i in 0..=n {
+            let at = std::f64::consts::FRAC_PI_2 - half_angle + turn * i as f64 / n as f64;
+            points.push(DVec3::new(r * at.cos(), y, r * at.sin()));
+        }
+    }
+    let mut polygons = Vec::new();
+    for i in 0..ring {
+        let at = |row: usize, i: usize| row * ring + i % ring;
+        let (j, face) = (
+            i + 1,
+            if i == 0 {
+                0
+            } else if i <= n {
+                1
+            } else {
+                2
+            },
+        );
+        polygons.push((vec![at(0, i), at(1, i), at(1, j), at(0, j)], face));
+        polygons.push((vec![at(2, i), at(2, j), at(3, j), at(3, i)], 3 + face));
+        polygons.push((vec![at(0, i), at(0, j), at(2, j), at(2, i)], 6));
+        polygons.push((vec![at(1, i), at(3, i), at(3, j), at(1, j)], 7));
+    }
+    brep(points, &polygons, |a, b| {
+        let radius = |p: DVec3| p.x.hypot(p.z);
+        let mid = (a + b) / 2.0;
+        let curved = [inner, outer]
+            .into_iter()
+            .find(|r| [a, b].iter().all(|&p| (radius(p) - r).abs() < 1e-9 * outer));
+        curved.map_or(mid, |r| {
+            DVec3::new(mid.x * r / radius(mid), mid.y, mid.z * r / radius(mid))
+        })
+    })
+}
+
 /// A mesh of quads over a grid of `nu` by `nv` cells, closed in the first direction if `round`.
 pub(crate) fn grid_mesh(
     f: impl Fn(f64, f64) -> DVec3,

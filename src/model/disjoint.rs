@@ -41,7 +41,7 @@ impl Disjoint {
 
 /// Disjoint sets of things with two sides, each of which lies in its set one way round or the other, such as pairs of faces that make up walls.
 ///
-/// Every side carries members (faces); a join that would put one member on both sides of a set is refused. The lowest number stands for its set and lies in it
+/// Every side carries members (faces); a join that would put one member on both sides of a set is refused, and so is one of sets that are to be kept apart. The lowest number stands for its set and lies in it
 /// unturned, so that the sides do not depend on the order of joins that all succeed.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct SidedDisjoint<T> {
@@ -50,6 +50,8 @@ pub struct SidedDisjoint<T> {
     turned: Vec<bool>,
     /// Members of both sides, ascending; kept at the number that stands for the set.
     sides: Vec<[Vec<T>; 2]>,
+    /// Numbers whose sets the set may not be joined with; kept there too.
+    apart: Vec<Vec<u32>>,
 }
 
 impl<T: Copy + Ord> SidedDisjoint<T> {
@@ -59,8 +61,16 @@ impl<T: Copy + Ord> SidedDisjoint<T> {
         Self {
             root: (0..sides.len() as u32).collect(),
             turned: vec![false; sides.len()],
+            apart: vec![Vec::new(); sides.len()],
             sides,
         }
+    }
+
+    /// Refuses every join from now on that would make one set of those of `a` and `b`.
+    pub fn keep_apart(&mut self, a: u32, b: u32) {
+        let [a, b] = [a, b].map(|x| self.find(x).0);
+        self.apart[a as usize].push(b);
+        self.apart[b as usize].push(a);
     }
 
     /// The lowest number of the set of `x`, and whether `x` lies the other way round than it.
@@ -77,8 +87,8 @@ impl<T: Copy + Ord> SidedDisjoint<T> {
         (x, turned)
     }
 
-    /// Makes one set of those of `a` and `b`, `b` the other way round than `a` if `turned`. `false` if that would put a member on both sides, or if they are one set
-    /// in which they lie differently: then nothing changes.
+    /// Makes one set of those of `a` and `b`, `b` the other way round than `a` if `turned`. `false` if that would put a member on both sides, if they are to be kept
+    /// apart, or if they are one set in which they lie differently: then nothing changes.
     pub fn join(&mut self, a: u32, b: u32, turned: bool) -> bool {
         let ((a, s), (b, t)) = (self.find(a), self.find(b));
         let turn = turned ^ s ^ t;
@@ -94,9 +104,12 @@ impl<T: Copy + Ord> SidedDisjoint<T> {
                 .iter()
                 .any(|member| across.binary_search(member).is_ok())
         });
-        if on_both_sides {
+        let foes = std::mem::take(&mut self.apart[gone]);
+        if on_both_sides || foes.iter().any(|&x| self.find(x).0 == keep as u32) {
+            self.apart[gone] = foes;
             return false;
         }
+        self.apart[keep].extend(foes);
         self.root[gone] = keep as u32;
         self.turned[gone] = turn;
         for (k, mut members) in std::mem::take(&mut self.sides[gone])
@@ -189,5 +202,26 @@ mod tests {
         // 3 is on the first side of 0 and 1 by now.
         assert!(!sets.join(2, 0, true));
         assert_eq!(sets.find(2), (2, false));
+    }
+
+    #[test]
+    fn what_is_kept_apart_is_not_joined_by_others_either() {
+        // 0 - 1 - 2 - 3 in a row: whichever joint comes last is refused.
+        let links = [(0, 1), (1, 2), (2, 3)];
+        for last in 0..3 {
+            let mut sets = SidedDisjoint::new((0..4).map(|i| [vec![i], vec![10 + i]]));
+            sets.keep_apart(3, 0);
+            for (k, &(a, b)) in links.iter().enumerate().filter(|l| l.0 != last) {
+                assert!(sets.join(a, b, k == 1));
+            }
+            let (a, b) = links[last];
+            let before = sets.clone();
+            assert!(!sets.join(a, b, false));
+            assert_eq!(
+                (0..4).map(|x| sets.find(x)).collect::<Vec<_>>(),
+                (0..4).map(|x| before.clone().find(x)).collect::<Vec<_>>()
+            );
+            assert_ne!(sets.find(0).0, sets.find(3).0);
+        }
     }
 }

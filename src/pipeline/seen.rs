@@ -16,6 +16,9 @@ pub(super) struct Seen {
 impl Seen {
     /// Looks, and looks again where a face had to be divided.
     pub fn new(mut piece: Piece, clock: &mut Clock<'_>) -> Self {
+        if let Some(brep) = clock.time("divide", || divide::divide_at_corners(&piece.brep)) {
+            piece.brep = brep;
+        }
         let mut sightings = clock.time("pair", || pair::sight(&piece.brep));
         let divided = clock.time("divide", || divide::divide(&piece.brep, &sightings));
         if let Some(brep) = divided {

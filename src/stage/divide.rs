@@ -1,15 +1,20 @@
-//! Divide: a face that lies on both sides of a wall becomes several, one a side.
+//! Divide: a face that lies on both sides of a wall, or meets itself in a corner, becomes several.
 //!
 //! CAD systems sweep a closed profile into a single face: the skin of a blade, a C with rounded ends, a spiral. Pairing speaks of two faces a wall, so such a face is
 //! cut here: facets that see other facets of their own face across the material are joined with their neighbours, the smoothest joint first, as long as no region comes to
 //! see itself; what sees nothing lies on a rounded end and becomes a face of its own, as it is where the CAD system cut there.
+//!
+//! So is a face that meets itself in a corner ([`divide_at_corners`]): the skin of a wing swept as one face has a sharp trailing edge that no two faces meet at.
 //!
 //! Guarantees: facets and vertices stay as they are; a part keeps the number (`tag`) of its face; no region of a divided face holds a facet and the facet that it sees;
 //! the result depends on the order of the facets only. Cost: nothing but a pass over the sightings where no face sees itself, which is the rule.
 //!
 //! Limits: borders run along sides of facets.
 
+mod creased;
 mod curves;
+
+pub use creased::divide_at_corners;
 
 use crate::geom::six_node;
 use crate::model::brep::Brep;
@@ -45,13 +50,18 @@ pub fn divide(brep: &Brep, sightings: &[Sighting]) -> Option<Brep> {
         return None;
     }
     let region = regions(brep, &facets, &widest);
+    parted(brep, &facets, &region)
+}
+
+/// The boundary with a face for each region of these facets, which are all of those of their faces; `None` where each face is one region.
+fn parted(brep: &Brep, facets: &[FacetId], region: &[u32]) -> Option<Brep> {
     let mut divided = brep.clone();
     // The first region of a face, by its first facet, stays the face.
-    let mut known: BTreeMap<u32, FaceId> = BTreeMap::new();
+    let mut known: BTreeMap<(FaceId, u32), FaceId> = BTreeMap::new();
     let mut begun: BTreeSet<FaceId> = BTreeSet::new();
-    for (&facet, &region) in facets.iter().zip(&region) {
-        let face = *known.entry(region).or_insert_with(|| {
-            let face = brep.facets[facet].face;
+    for (&facet, &region) in facets.iter().zip(region) {
+        let face = brep.facets[facet].face;
+        let face = *known.entry((face, region)).or_insert_with(|| {
             if begun.insert(face) {
                 face
             } else {

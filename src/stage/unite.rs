@@ -1,7 +1,7 @@
 //! Unite: walls that turn out to continue each other, smoothly or over a step, and labels without noise.
 //!
 //! Pairing joins walls over tangent faces. Where faces are missing between them (an unpaired blend, a sliver) two walls may still be one surface: where their sheets meet
-//! in the raw complex, their mid-surfaces are tangent and equally thick. Such walls become one; so do those before and behind a step, with its riser, see `steps`. Then every triangle whose neighbours agree against it takes their wall, and
+//! in the raw complex, their mid-surfaces are tangent and equally thick. Such walls become one, unless that would make one wall of two that meet in a corner; so do those before and behind a step, with its riser, see `steps`. Then every triangle whose neighbours agree against it takes their wall, and
 //! so does every island too small to be a sheet: what is left are the creases that matter, and no jagged ones.
 //!
 //! Guarantees: topology and positions untouched; only walls and supports change. Cost: linear in the creases, then in the triangles.
@@ -34,8 +34,16 @@ const ROUNDS: usize = 4;
 /// The pairing with walls united where the complex shows them to be one, and the complex with its walls renamed.
 pub fn unite(complex: MidComplex, pairing: Pairing, placer: &dyn Placer) -> (MidComplex, Pairing) {
     let mut union = SidedDisjoint::new(pairing.walls.iter().map(|w| w.sides.clone()));
-    for ([a, b], turned) in evidence(&complex, placer) {
-        union.join(a.0, b.0, turned);
+    let seen = meetings(&complex, placer);
+    for (&[a, b], meeting) in &seen {
+        if meeting.corner > MOST * meeting.all {
+            union.keep_apart(a.0, b.0);
+        }
+    }
+    for (&[a, b], meeting) in &seen {
+        if meeting.smooth > MOST * meeting.all {
+            union.join(a.0, b.0, meeting.turned < 0.0);
+        }
     }
     let (mut complex, pairing, new_id) = renamed(complex, pairing, union);
     let mut parts: IndexVec<WallId, Vec<WallId>> =
@@ -124,9 +132,21 @@ fn renamed(
     (complex, pairing, new_id)
 }
 
-/// Pairs of walls that go on with each other, and whether their sides are the other way round.
-fn evidence(complex: &MidComplex, placer: &dyn Placer) -> Vec<([WallId; 2], bool)> {
-    let mut seen: BTreeMap<[WallId; 2], (f64, f64, f64)> = BTreeMap::new();
+/// How two walls meet where their sheets do, by the length of their common crease, mm.
+#[derive(Clone, Copy, Debug, Default)]
+struct Meeting {
+    all: f64,
+    /// Where their mid-surfaces go on with each other.
+    smooth: f64,
+    /// The same, less where their sides are the other way round.
+    turned: f64,
+    /// Where their mid-surfaces meet at an angle.
+    corner: f64,
+}
+
+/// All walls whose sheets meet.
+fn meetings(complex: &MidComplex, placer: &dyn Placer) -> BTreeMap<[WallId; 2], Meeting> {
+    let mut seen: BTreeMap<[WallId; 2], Meeting> = BTreeMap::new();
     for edge in complex
         .edges()
         .iter()
@@ -136,7 +156,7 @@ fn evidence(complex: &MidComplex, placer: &dyn Placer) -> Vec<([WallId; 2], bool
         let [a, b] = edge.ends.map(|n| complex.nodes[n].point);
         let (middle, length) = ((a + b) / 2.0, a.distance(b));
         let entry = seen.entry([s.min(t), s.max(t)]).or_default();
-        entry.0 += length;
+        entry.all += length;
         let (Some(n), Some(m)) = (placer.normal(middle, s), placer.normal(middle, t)) else {
             continue;
         };
@@ -149,15 +169,14 @@ fn evidence(complex: &MidComplex, placer: &dyn Placer) -> Vec<([WallId; 2], bool
         if apart > SAME_PLACE * (p + q) / 2.0 {
             continue;
         }
-        if n.dot(m).abs() > SMOOTH_COS && (p - q).abs() < SAME_THICKNESS * (p + q) / 2.0 {
-            entry.1 += length;
-            entry.2 += length * n.dot(m).signum();
+        if n.dot(m).abs() < SMOOTH_COS {
+            entry.corner += length;
+        } else if (p - q).abs() < SAME_THICKNESS * (p + q) / 2.0 {
+            entry.smooth += length;
+            entry.turned += length * n.dot(m).signum();
         }
     }
-    seen.into_iter()
-        .filter(|(_, (all, smooth, _))| *smooth > MOST * all)
-        .map(|(pair, (.., sign))| (pair, sign < 0.0))
-        .collect()
+    seen
 }
 
 /// Triangles take the wall of the majority of their neighbours, then islands that of the longest border.

@@ -78,6 +78,7 @@ macro_rules! for_all_fixtures {
                 u_bend,
                 wedge,
                 wide_rim,
+                wing_skin,
                 x_cross,
                 y_plates,
                 z_bend,

@@ -378,6 +378,11 @@ def draw(name, d):
     elif name == "meeting_point":
         ribs(d, 60, 50, 3, 3.0, 20, 2.0)
         d.rect((30, 25, 1.5), (0, 25, 0), (0, 0, 21.5), 2.0)
+    elif name == "wing_skin":
+        a = math.radians(25)
+        x, y, z = 10.5 / math.sin(a), 10.5 * math.sin(a), 10.5 * math.cos(a)
+        k = [o.addPoint(*p) for p in ((x, 0, 0), (y, 0, z), (-10.5, 0, 0), (y, 0, -z), (0, 0, 0))]
+        d.sweep([o.addLine(k[0], k[1]), o.addCircleArc(k[1], k[4], k[2]), o.addCircleArc(k[2], k[4], k[3]), o.addLine(k[3], k[0])], (0, 16, 0), 3.0)
     elif name == "sliver_rim":
         d.rect((0, 0, 1.5), (50, 0, 0), (0, 40, 0), 3.0)
     else:

@@ -1,6 +1,6 @@
 use super::*;
 use crate::stage::pair::sight;
-use crate::test_parts::{box_brep, tube_brep};
+use crate::test_parts::{box_brep, brep, tube_brep, wing_brep};
 
 /// The solid with all its faces as one.
 fn as_one(mut brep: Brep) -> Brep {
@@ -105,4 +105,66 @@ fn a_region_never_sees_itself() {
     let sets: Vec<u32> = (0..6).map(|i| regions.sets.find(i)).collect();
     assert_eq!(sets, [0, 0, 0, 3, 3, 3]);
     assert!((0..6).all(|i| sets[i] != sets[(i + 3) % 6]));
+}
+
+/// A hollow wing whose outer and inner skin are one face each, and its ends.
+fn wing_of_two_faces(half_angle: f64) -> Brep {
+    let mut wing = wing_brep(10.0, 8.0, half_angle, 20.0, 24);
+    for facet in wing.facets.iter_mut() {
+        facet.face = FaceId([0, 0, 0, 1, 1, 1, 2, 3][facet.face.index()]);
+    }
+    wing.faces = wing.faces.iter().take(4).cloned().collect();
+    wing
+}
+
+#[test]
+fn a_face_that_meets_itself_in_a_corner_becomes_an_upper_and_a_lower_one() {
+    let wing = wing_of_two_faces(0.4);
+    let parted = divide_at_corners(&wing).unwrap();
+    assert_eq!(parted.check(), vec![]);
+    assert_eq!(parted.faces.len(), 6);
+    let mut above: BTreeMap<FaceId, [bool; 2]> = BTreeMap::new();
+    for (id, facet) in parted.facets.enumerated() {
+        let z = parted.corners(id).iter().map(|p| p.z).sum::<f64>();
+        // Facets at the very nose may go either way.
+        if z.abs() > 3.0 * 2.0 {
+            above.entry(facet.face).or_default()[usize::from(z > 0.0)] = true;
+        }
+    }
+    let skins: Vec<[bool; 2]> = [0, 1, 4, 5].map(|f| above[&FaceId(f)]).to_vec();
+    assert!(skins.iter().all(|[low, high]| low != high), "{skins:?}");
+    assert_eq!(above[&FaceId(2)], [true, true]);
+}
+
+/// A cone of sixteen facets in one face, one of whose sides is a corner of 27 degrees: a point of its foot is drawn outwards.
+fn ridged_cone() -> Brep {
+    let ring = |i: usize| std::f64::consts::TAU * (i % 16) as f64 / 16.0;
+    let mut points: Vec<DVec3> = (0..16)
+        .map(|i| DVec3::new(9.0 * ring(i).cos(), 9.0 * ring(i).sin(), 0.0))
+        .collect();
+    points[0].x += 1.2;
+    points.push(DVec3::new(0.0, 0.0, 5.0));
+    let mut polygons: Vec<(Vec<usize>, u32)> =
+        (0..16).map(|i| (vec![i, (i + 1) % 16, 16], 0)).collect();
+    polygons.push(((0..16).rev().collect(), 1));
+    brep(points, &polygons, |a, b| (a + b) / 2.0)
+}
+
+#[test]
+fn bends_and_corners_that_end_within_a_face_part_nothing() {
+    assert!(divide_at_corners(&tube_brep(10.0, 8.0, 20.0, 24)).is_none());
+    // Four facets round the nose turn 60 degrees each where they are flat, but are drawn on the round.
+    assert!(divide_at_corners(&wing_brep(10.0, 8.0, 0.4, 20.0, 4)).is_none());
+    // On flat facets all sides of a bend turn as much.
+    let mut coarse = tube_brep(10.0, 8.0, 20.0, 8);
+    for id in coarse.facets.ids().collect::<Vec<_>>() {
+        let [a, b, c] = coarse.corners(id);
+        coarse.facets[id].mids = [(a + b) / 2.0, (b + c) / 2.0, (c + a) / 2.0];
+    }
+    assert!(divide_at_corners(&coarse).is_none());
+    // Eleven degrees are no corner.
+    let seamless = divide_at_corners(&wing_of_two_faces(std::f64::consts::FRAC_PI_2 - 0.1));
+    assert!(seamless.is_none());
+    // A ridge up to the tip of a cone: round the tip one comes from its one hand to the other.
+    assert!(divide_at_corners(&ridged_cone()).is_none());
 }

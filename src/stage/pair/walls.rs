@@ -6,12 +6,16 @@
 
 use super::risers::{Side, Sides, Step, steps};
 use crate::model::brep::Brep;
+use crate::model::disjoint::SidedDisjoint;
 use crate::model::ids::{FaceId, Id, IndexVec, WallId};
 use crate::model::walls::{Aag, Convexity, FacePair, Pairing, Wall};
 
 /// Two pairs on one common face are the same wall where their thickness differs by less than this share and hardly varies: a plate
 /// between ribs has many faces on the ribbed side and one thickness.
 const SAME_THICKNESS: f64 = 0.01;
+
+/// Sides that turn more than this at an edge turn in a corner.
+const CORNER_RAD: f64 = 20.0 * std::f64::consts::PI / 180.0;
 
 /// Colours the pair graph and joins the pairs into walls.
 pub(super) fn walls(brep: &Brep, aag: &Aag, mut pairs: Vec<FacePair>) -> Pairing {
@@ -23,7 +27,15 @@ pub(super) fn walls(brep: &Brep, aag: &Aag, mut pairs: Vec<FacePair>) -> Pairing
         }
     }
     let mut side = colour(aag, &pairs, &of_face);
-    let mut union = Union::new(&pairs);
+    let mut union = SidedDisjoint::new(pairs.iter().map(|p| p.faces.map(|f| vec![f])));
+    for [i, j] in corners(aag, &pairs, &of_face) {
+        union.keep_apart(i, j);
+    }
+    // Joins two pairs, face `a` of the one on the same side as face `c` of the other; says whether they are so joined.
+    let join = |union: &mut SidedDisjoint<FaceId>, [i, j]: [u32; 2], [a, c]: [FaceId; 2]| {
+        let second = |i: u32, f: FaceId| pairs[i as usize].faces[1] == f;
+        union.join(i, j, second(i, a) != second(j, c))
+    };
 
     // Pairs over a tangent joint: the other faces must be the same or tangent as well.
     for arc in aag.arcs.iter().filter(|a| a.convexity == Convexity::Smooth) {
@@ -37,7 +49,7 @@ pub(super) fn walls(brep: &Brep, aag: &Aag, mut pairs: Vec<FacePair>) -> Pairing
                         .arcs_of(b)
                         .any(|x| x.convexity == Convexity::Smooth && Aag::across(x, b) == d);
                 if smooth {
-                    union.join(&pairs, i, j, a, c);
+                    join(&mut union, [i, j], [a, c]);
                 }
             }
         }
@@ -63,7 +75,7 @@ pub(super) fn walls(brep: &Brep, aag: &Aag, mut pairs: Vec<FacePair>) -> Pairing
                 pairs[w[1] as usize].thickness[1],
             );
             if u - t < SAME_THICKNESS * t {
-                union.join(&pairs, w[0], w[1], a, a);
+                join(&mut union, [w[0], w[1]], [a, a]);
             }
         }
     }
@@ -74,15 +86,12 @@ pub(super) fn walls(brep: &Brep, aag: &Aag, mut pairs: Vec<FacePair>) -> Pairing
         aag,
         &pairs,
         &of_face,
-        &Joined {
-            pairs: &pairs,
-            union: &union,
-        },
+        &Joined::new(&pairs, &mut union),
     );
     for step in found {
         let [i, j] = step.pairs;
         let [a, c] = step.faces;
-        if merge_groups(&mut side, a, c) && union.join(&pairs, i, j, a, c) {
+        if merge_groups(&mut side, a, c) && join(&mut union, [i, j], [a, c]) {
             let opposite = other(&pairs[i as usize], a);
             let Step {
                 risers: own,
@@ -97,7 +106,7 @@ pub(super) fn walls(brep: &Brep, aag: &Aag, mut pairs: Vec<FacePair>) -> Pairing
         side[f] = side[f].or(side[like]);
     }
 
-    part_airs(aag, &pairs, &union, &of_face, &mut side);
+    part_airs(aag, &Joined::new(&pairs, &mut union), &of_face, &mut side);
 
     let mut walls: IndexVec<WallId, Wall> = IndexVec::new();
     let mut wall_of_root = vec![None; pairs.len()];
@@ -137,6 +146,30 @@ pub(super) fn walls(brep: &Brep, aag: &Aag, mut pairs: Vec<FacePair>) -> Pairing
         side,
         ..Pairing::default()
     }
+}
+
+/// Pairs that meet in a corner of the mid-surface: a sharp edge on its one side, and another face on its other. They may be joined the other way round, as the
+/// skins of a wing are over its nose; then the sheet would run round the corner at the trailing edge as if it were smooth.
+fn corners(aag: &Aag, pairs: &[FacePair], of_face: &IndexVec<FaceId, Vec<u32>>) -> Vec<[u32; 2]> {
+    let mut found = Vec::new();
+    for arc in (aag.arcs.iter()).filter(|a| a.turn_rad.abs() > CORNER_RAD) {
+        let [a, c] = arc.faces;
+        for &i in &of_face[a] {
+            let b = other(&pairs[i as usize], a);
+            for &j in &of_face[c] {
+                let d = other(&pairs[j as usize], c);
+                let bends_along = aag.arcs_of(b).any(|x| {
+                    Aag::across(x, b) == d
+                        && x.turn_rad * arc.turn_rad < 0.0
+                        && x.turn_rad.abs() > CORNER_RAD
+                });
+                if bends_along {
+                    found.push([i, j]);
+                }
+            }
+        }
+    }
+    found
 }
 
 /// The mate of `face` in `pair`.
@@ -204,8 +237,7 @@ fn merge_groups(side: &mut IndexVec<FaceId, Option<(u32, u8)>>, a: FaceId, c: Fa
 /// meet in an inner corner, or in a fillet, the smaller of them leaves its group; what it is paired with stays opposed to it as a pair.
 fn part_airs(
     aag: &Aag,
-    pairs: &[FacePair],
-    union: &Union,
+    joined: &Joined<'_>,
     of_face: &IndexVec<FaceId, Vec<u32>>,
     side: &mut IndexVec<FaceId, Option<(u32, u8)>>,
 ) {
@@ -227,8 +259,8 @@ fn part_airs(
     // The sides of walls that a face lies on.
     let on = |f: FaceId| {
         of_face[f].iter().map(move |&i| {
-            let (set, flipped) = union.find(i);
-            (set, (pairs[i as usize].faces[1] == f) ^ flipped)
+            let on = joined.side(i, f);
+            (on.set, on.second)
         })
     };
     let mut groups = side.iter().flatten().map(|s| s.0 + 1).max().unwrap_or(0);
@@ -248,12 +280,28 @@ fn part_airs(
 /// The pairs with what they are joined to.
 struct Joined<'a> {
     pairs: &'a [FacePair],
-    union: &'a Union,
+    /// The set of each pair, and whether it lies in it the other way round.
+    sets: Vec<(u32, bool)>,
+    /// The faces on the two sides of each set, at its first pair.
+    sides: Vec<[Vec<FaceId>; 2]>,
+}
+
+impl<'a> Joined<'a> {
+    fn new(pairs: &'a [FacePair], union: &mut SidedDisjoint<FaceId>) -> Self {
+        let sets: Vec<(u32, bool)> = (0..pairs.len() as u32).map(|i| union.find(i)).collect();
+        let sides = (sets.iter().zip(0..))
+            .map(|(set, i)| match set.0 == i {
+                true => union.sides(i).clone(),
+                false => Default::default(),
+            })
+            .collect();
+        Self { pairs, sets, sides }
+    }
 }
 
 impl Sides for Joined<'_> {
     fn side(&self, pair: u32, face: FaceId) -> Side {
-        let (set, flipped) = self.union.find(pair);
+        let (set, flipped) = self.sets[pair as usize];
         Side {
             set,
             second: (self.pairs[pair as usize].faces[1] == face) ^ flipped,
@@ -261,73 +309,6 @@ impl Sides for Joined<'_> {
     }
 
     fn faces(&self, side: Side) -> &[FaceId] {
-        &self.union.sides[side.set as usize][usize::from(side.second)]
-    }
-}
-
-/// Union of oriented pairs: a set is one wall, and every pair knows whether it lies in it the other way round.
-struct Union {
-    parent: Vec<u32>,
-    flipped: Vec<bool>,
-    /// Faces of a set's two sides, kept at its root: a join that would put one face on both sides is refused.
-    sides: Vec<[Vec<FaceId>; 2]>,
-}
-
-impl Union {
-    fn new(pairs: &[FacePair]) -> Self {
-        Self {
-            parent: (0..pairs.len() as u32).collect(),
-            flipped: vec![false; pairs.len()],
-            sides: pairs
-                .iter()
-                .map(|p| [vec![p.faces[0]], vec![p.faces[1]]])
-                .collect(),
-        }
-    }
-
-    fn find(&self, mut i: u32) -> (u32, bool) {
-        let mut flipped = false;
-        while self.parent[i as usize] != i {
-            flipped ^= self.flipped[i as usize];
-            i = self.parent[i as usize];
-        }
-        (i, flipped)
-    }
-
-    /// Joins the sets of pairs `i` and `j`, face `a` of `i` on the same side as face `c` of `j`; says whether they are so joined.
-    fn join(&mut self, pairs: &[FacePair], i: u32, j: u32, a: FaceId, c: FaceId) -> bool {
-        let ((ri, fi), (rj, fj)) = (self.find(i), self.find(j));
-        let side_a = (pairs[i as usize].faces[1] == a) ^ fi;
-        let side_c = (pairs[j as usize].faces[1] == c) ^ fj;
-        let turn = side_a != side_c;
-        if ri == rj {
-            return !turn;
-        }
-        // The larger set stays, so that the paths stay short.
-        let size = |r: u32| self.sides[r as usize].iter().map(Vec::len).sum::<usize>();
-        let (keep, gone) = if (size(ri), rj) >= (size(rj), ri) {
-            (ri, rj)
-        } else {
-            (rj, ri)
-        };
-        let both = (0..2).any(|s| {
-            let far = &self.sides[keep as usize][usize::from((s == 0) ^ turn)];
-            self.sides[gone as usize][s]
-                .iter()
-                .any(|f| far.binary_search(f).is_ok())
-        });
-        if both {
-            return false;
-        }
-        self.parent[gone as usize] = keep;
-        self.flipped[gone as usize] = turn;
-        let moved = std::mem::take(&mut self.sides[gone as usize]);
-        for (s, faces) in moved.into_iter().enumerate() {
-            let target = &mut self.sides[keep as usize][usize::from((s == 1) ^ turn)];
-            target.extend(faces);
-            target.sort_unstable();
-            target.dedup();
-        }
-        true
+        &self.sides[side.set as usize][usize::from(side.second)]
     }
 }

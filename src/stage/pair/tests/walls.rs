@@ -5,6 +5,7 @@ use crate::test_parts::voxels::{
     Filled, channel, cross, ell, filled, hollow_box, lines, motion, plate, square_tube, step_plate,
     tee, thin_parts,
 };
+use crate::test_parts::wing_brep;
 use glam::DVec3;
 
 /// The walls by tags of their faces, sides and walls in order.
@@ -267,4 +268,18 @@ fn faces_beside_one_air_are_not_opposed_by_their_colours() {
     ] {
         assert!(opposed(&arcs, 0, 3), "{arcs:?}");
     }
+}
+
+#[test]
+fn a_wall_does_not_run_round_the_corner_of_a_wing() {
+    let wing = wing_brep(10.0, 8.0, 0.4, 20.0, 24);
+    let found = paired(&wing);
+    let wall = |a: u32, b: u32| found.pair(FaceId(a), FaceId(b)).unwrap().wall;
+    // Joined over the nose on one of its ends, and not on the other.
+    assert_eq!(found.walls.len(), 2);
+    assert_ne!(wall(0, 3), wall(2, 5));
+    assert!([wall(0, 3), wall(2, 5)].contains(&wall(1, 4)));
+    // Where the trailing edge is no corner the skin is one wall.
+    let round = wing_brep(10.0, 8.0, std::f64::consts::FRAC_PI_2 - 0.1, 20.0, 24);
+    assert_eq!(paired(&round).walls.len(), 1);
 }
