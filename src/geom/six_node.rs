@@ -16,7 +16,7 @@ pub use ready::ReadyFacet;
 
 use super::triangle::nearest_on_segment;
 use crate::model::brep::Brep;
-use crate::model::ids::{FaceId, IndexVec};
+use crate::model::ids::{FaceId, FacetId, IndexVec};
 use glam::{DVec2, DVec3};
 
 /// Enough for quadratic convergence from any start inside a facet that is not badly bent; more is rounding noise.
@@ -315,6 +315,20 @@ pub fn flat_parameters([a, b, c]: [DVec3; 3], p: DVec3) -> DVec2 {
     let u = ((d22 * r1 - d12 * r2) / det).clamp(0.0, 1.0);
     let v = ((d11 * r2 - d12 * r1) / det).clamp(0.0, 1.0 - u);
     DVec2::new(u, v)
+}
+
+/// Signed angle between the outward normals of two facets at their common side (the facet, which of its sides), rad: positive where the solid is convex there.
+pub fn turn(brep: &Brep, first: (FacetId, usize), second: (FacetId, usize)) -> f64 {
+    let side_normal = |(facet, k): (FacetId, usize)| {
+        let (u, v) = SIDE_MIDDLE[k];
+        normal(&brep.corners(facet), &brep.facets[facet].mids, u, v)
+    };
+    let (n, m) = (side_normal(first), side_normal(second));
+    let (facet, k) = first;
+    let corners = brep.facets[facet].corners;
+    let (a, b) = (corners[k], corners[(k + 1) % 3]);
+    let along = (brep.vertices[b] - brep.vertices[a]).normalize_or_zero();
+    n.cross(m).dot(along).atan2(n.dot(m))
 }
 
 #[cfg(test)]

@@ -59,7 +59,7 @@ pub fn adjacency(brep: &Brep) -> Aag {
             [f.min(g), f.max(g)],
             curve,
             length,
-            length * turn(brep, (first.2, first.3), (second.2, second.3)),
+            length * six_node::turn(brep, (first.2, first.3), (second.2, second.3)),
         ));
     }
     pieces.sort_by_key(|p| (p.0, p.1));
@@ -99,20 +99,6 @@ pub fn adjacency(brep: &Brep) -> Aag {
         area,
         perimeter,
     }
-}
-
-/// Signed angle between the outward normals of two facets at their common side (the facet, which of its sides), rad: positive where the solid is convex there.
-pub(super) fn turn(brep: &Brep, first: (FacetId, usize), second: (FacetId, usize)) -> f64 {
-    let side_normal = |(facet, k): (FacetId, usize)| {
-        let (u, v) = six_node::SIDE_MIDDLE[k];
-        six_node::normal(&brep.corners(facet), &brep.facets[facet].mids, u, v)
-    };
-    let (n, m) = (side_normal(first), side_normal(second));
-    let (facet, k) = first;
-    let corners = brep.facets[facet].corners;
-    let (a, b) = (corners[k], corners[(k + 1) % 3]);
-    let along = (brep.vertices[b] - brep.vertices[a]).normalize_or_zero();
-    n.cross(m).dot(along).atan2(n.dot(m))
 }
 
 #[cfg(test)]

@@ -1,10 +1,10 @@
 //! Faces that meet themselves in a corner: one part a side.
 
 use super::parted;
+use crate::geom::six_node;
 use crate::model::brep::Brep;
 use crate::model::disjoint::Disjoint;
 use crate::model::ids::{FaceId, FacetId, VertexId};
-use crate::stage::adjacency::turn;
 use glam::DVec3;
 use std::cmp::Reverse;
 use std::collections::{BTreeMap, BTreeSet, BinaryHeap};
@@ -62,7 +62,7 @@ fn own_sides(brep: &Brep) -> Vec<Side> {
             [(ends, f, j), (_, g, k)] if brep.facets[f].face == brep.facets[g].face => Some(Side {
                 ends,
                 facets: [f, g],
-                turn: turn(brep, (f, j), (g, k)).abs(),
+                turn: six_node::turn(brep, (f, j), (g, k)).abs(),
             }),
             _ => None,
         })
