@@ -11,6 +11,8 @@ use std::collections::{BTreeMap, BTreeSet, BinaryHeap};
 
 /// A face that turns more than this at a side of its facets turns in a corner there.
 const CORNER_RAD: f64 = 20.0 * std::f64::consts::PI / 180.0;
+/// And where the facets themselves bend by less than this share of it: those that divide a small hole in four bend as much as they turn.
+const WITHIN: f64 = 0.5;
 
 /// A common side of two facets of one face.
 struct Side {
@@ -26,9 +28,9 @@ struct Side {
 /// Cost: a sort of the facets' sides; where faces are parted, a heap of their facets.
 pub fn divide_at_corners(brep: &Brep) -> Option<Brep> {
     let sides = own_sides(brep);
-    let corners: Vec<usize> = (0..sides.len())
-        .filter(|&i| sides[i].turn > CORNER_RAD)
-        .collect();
+    let is_corner =
+        |s: &Side| s.turn > CORNER_RAD && s.facets.iter().all(|&f| bend(brep, f) < WITHIN * s.turn);
+    let corners: Vec<usize> = (0..sides.len()).filter(|&i| is_corner(&sides[i])).collect();
     let seeds = seeds(&sides, &corners);
     if seeds.is_empty() {
         return None;
@@ -67,6 +69,15 @@ fn own_sides(brep: &Brep) -> Vec<Side> {
             _ => None,
         })
         .collect()
+}
+
+/// Largest angle between the normals at the middles of a facet's sides, rad.
+fn bend(brep: &Brep, facet: FacetId) -> f64 {
+    let normals = six_node::SIDE_MIDDLE
+        .map(|(u, v)| six_node::normal(&brep.corners(facet), &brep.facets[facet].mids, u, v));
+    (0..3)
+        .map(|k| normals[k].angle_between(normals[(k + 1) % 3]))
+        .fold(0.0, f64::max)
 }
 
 /// The facets at corners, with a number for each hand of each corner: those round its vertices that hang together without it. A hand that has corners with several others

@@ -162,6 +162,8 @@ fn bends_and_corners_that_end_within_a_face_part_nothing() {
         coarse.facets[id].mids = [(a + b) / 2.0, (b + c) / 2.0, (c + a) / 2.0];
     }
     assert!(divide_at_corners(&coarse).is_none());
+    // Four facets round a hole, whose middles lie on the round: where their sides cross the hole they turn by 80 degrees.
+    assert!(divide_at_corners(&tube_brep(10.0, 0.8, 20.0, 4)).is_none());
     // Eleven degrees are no corner.
     let seamless = divide_at_corners(&wing_of_two_faces(std::f64::consts::FRAC_PI_2 - 0.1));
     assert!(seamless.is_none());
