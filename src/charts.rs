@@ -13,7 +13,7 @@ use crate::geom::placer::Placer;
 use crate::model::complex::{MidComplex, MidNode, MidTriangle, Support};
 use crate::model::ids::{Id, IndexVec, NodeId, PatchId, TriangleId};
 use crate::model::patch::{Patch, PatchMesh};
-use crate::stage::chart_mesh::{SizeField, triangulate};
+use crate::stage::chart_mesh::{Pattern, SizeField, triangulate};
 use crate::stage::flatten::flatten;
 use crate::stage::patch::{cut, patches};
 use rayon::prelude::*;
@@ -38,20 +38,31 @@ pub struct Outcome {
 }
 
 /// Meshes every patch at the wanted edge length `size`, mm.
-pub fn mesh_charts(complex: &MidComplex, size: &SizeField, placer: &dyn Placer) -> Outcome {
+pub fn mesh_charts(
+    complex: &MidComplex,
+    pattern: Pattern,
+    size: &SizeField,
+    placer: &dyn Placer,
+) -> Outcome {
+    let how = How {
+        pattern,
+        size,
+        placer,
+    };
     let old = vec![true; complex.triangles.len()];
-    let first = round(complex, None, &old, size, placer);
+    let first = round(complex, None, &old, &how);
     if first.traces.is_empty() {
         return first.outcome(None);
     }
-    let second = round(
-        &first.complex,
-        Some(&first.traces),
-        &first.old,
-        size,
-        placer,
-    );
+    let second = round(&first.complex, Some(&first.traces), &first.old, &how);
     second.outcome(Some(first))
+}
+
+/// What every patch is meshed with.
+struct How<'a> {
+    pattern: Pattern,
+    size: &'a SizeField<'a>,
+    placer: &'a dyn Placer,
 }
 
 /// What one round over all patches gives.
@@ -96,8 +107,7 @@ fn round(
     complex: &MidComplex,
     avoid: Option<&[NodeId]>,
     old: &[bool],
-    size: &SizeField,
-    placer: &dyn Placer,
+    how: &How,
 ) -> Round {
     let all = patches(complex);
     let results: Vec<(Vec<Piece>, Vec<NodeId>)> = (all.as_slice().par_iter())
@@ -110,7 +120,7 @@ fn round(
                 let patch = patch.clone();
                 return (vec![Piece { patch, mesh: None }], Vec::new());
             }
-            let pieces = mesh_or_cut(patch, avoid.unwrap_or(&[]), size, placer);
+            let pieces = mesh_or_cut(patch, avoid.unwrap_or(&[]), how);
             let traces = traces(patch, &pieces);
             (pieces, traces)
         })
@@ -144,15 +154,10 @@ fn round(
 }
 
 /// Meshes a patch, or cuts it and meshes the parts.
-fn mesh_or_cut(
-    patch: &Patch,
-    avoid: &[NodeId],
-    size: &SizeField,
-    placer: &dyn Placer,
-) -> Vec<Piece> {
+fn mesh_or_cut(patch: &Patch, avoid: &[NodeId], how: &How) -> Vec<Piece> {
     let mesh = flatten(patch)
         .ok()
-        .and_then(|chart| triangulate(patch, &chart, size, placer).ok());
+        .and_then(|chart| triangulate(patch, &chart, how.pattern, how.size, how.placer).ok());
     if mesh.is_some() || patch.triangles.len() < SMALLEST {
         let patch = patch.clone();
         return vec![Piece { patch, mesh }];
@@ -165,7 +170,7 @@ fn mesh_or_cut(
     }
     parts
         .par_iter()
-        .map(|part| mesh_or_cut(part, avoid, size, placer))
+        .map(|part| mesh_or_cut(part, avoid, how))
         .collect::<Vec<_>>()
         .into_iter()
         .flatten()

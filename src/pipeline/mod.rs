@@ -22,11 +22,10 @@ pub use report::{RunReport, SolidReport};
 
 use crate::import::{ImportOptions, Piece, import_cad_told};
 use crate::model::brep::Brep;
-use crate::model::element_shape::ElementShape;
 use crate::model::report::Profile;
 use crate::model::shell::ShellMesh;
 use crate::options::MeshOptions;
-use crate::stage::{audit, quads, quality};
+use crate::stage::{audit, quality};
 use clock::Clock;
 use dump::Dump;
 use glam::DVec3;
@@ -107,17 +106,13 @@ fn mesh_pieces(
     let breps: Vec<&Brep> = pieces.iter().map(|p| &p.piece.brep).collect();
     let mut meshes = Vec::new();
     let mut solids = Vec::new();
+    let profile = Profile::shell();
     for seen in &pieces {
-        let (mesh, solid) = solid::mesh_solid(seen, options, clock)?;
+        let (mesh, solid) = solid::mesh_solid(seen, options, &profile, clock)?;
         meshes.push(mesh);
         solids.push(solid);
     }
-    let triangles = merge::merge(meshes);
-    let profile = Profile::shell();
-    let mesh = match options.element {
-        ElementShape::Triangle => triangles,
-        shape => clock.time("quads", || quads::pair_quads(&triangles, shape, &profile)),
-    };
+    let mesh = merge::merge(meshes);
     // The wanted length changes from place to place with curvature, so that no one length can be held against the edges.
     let quality = clock.time("quality", || quality::quality(&mesh, &profile, None));
     let cell_quality = clock.time("quality", || quality::scaled_jacobians(&mesh).into_vec());

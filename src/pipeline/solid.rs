@@ -1,4 +1,4 @@
-//! From one filled solid to its shell of triangles.
+//! From one filled solid to its shell.
 
 use super::clock::Clock;
 use super::dump::Dump;
@@ -13,18 +13,23 @@ use crate::geom::placer::Placer;
 use crate::medial::Medial;
 use crate::model::brep::Brep;
 use crate::model::complex::MidComplex;
+use crate::model::element_shape::ElementShape;
+use crate::model::report::Profile;
 use crate::model::shell::ShellMesh;
 use crate::options::MeshOptions;
+use crate::stage::chart_mesh::Pattern;
 use crate::stage::kinks::{self, Kinked};
+use crate::stage::quads::{self, Halves};
 use crate::stage::remesh::{self, RemeshOptions};
 use crate::stage::size::{self, Sizing};
-use crate::stage::{balance, shell};
+use crate::stage::{balance, parity, shell};
 use std::cell::OnceCell;
 
-/// The shell of triangles of one solid.
+/// The shell of one solid; quads that are good by the profile where such are asked for.
 pub(super) fn mesh_solid(
     seen: &Seen,
     options: &MeshOptions,
+    profile: &Profile,
     clock: &mut Clock<'_>,
 ) -> Result<(ShellMesh, SolidReport), PipelineError> {
     let piece = &seen.piece;
@@ -47,10 +52,11 @@ pub(super) fn mesh_solid(
     });
     let job = Job {
         sizing: &sizing,
+        shape: options.element,
         dump: &dump,
     };
     let plain = Middle::new(&medial, leaves);
-    let complex = match &kinked {
+    let Halves { complex, diagonals } = match &kinked {
         None => {
             let clean = clock.time("clean", || job.clean(&fair, &plain));
             job.meshed(clean, &plain, clock)?
@@ -63,6 +69,12 @@ pub(super) fn mesh_solid(
     let mesh = clock.time("shell", || {
         shell::shell(brep, &found.pairing, &medial, &complex)
     });
+    let mesh = match options.element {
+        ElementShape::Triangle => mesh,
+        shape => clock.time("quads", || {
+            quads::pair_quads(&mesh, &diagonals, shape, profile)
+        }),
+    };
     let solid = SolidReport::new(brep, &found, sizing.target, &mesh);
     Ok((mesh, solid))
 }
@@ -114,6 +126,7 @@ impl<'a> Untangled<'a> {
 /// What meshing needs besides a complex and the surfaces that it lies on.
 struct Job<'a> {
     sizing: &'a Sizing,
+    shape: ElementShape,
     dump: &'a Dump<'a>,
 }
 
@@ -128,26 +141,60 @@ impl Job<'_> {
         clean: MidComplex,
         middle: &Middle<'_>,
         clock: &mut Clock<'_>,
-    ) -> Result<MidComplex, PipelineError> {
-        let Self { sizing, dump } = self;
+    ) -> Result<Halves, PipelineError> {
+        let Self { sizing, dump, .. } = self;
         let (field, placer) = (middle.field(sizing), middle.placer());
         dump.complex("clean", &clean)?;
-        let options = RemeshOptions::default();
+        let options = match self.shape {
+            ElementShape::Triangle => RemeshOptions::default(),
+            ElementShape::Quad | ElementShape::Mixed => RemeshOptions::for_quads(),
+        };
         let complex = clock.time("remesh", || {
             remesh::remesh(clean, &field, placer, &options).0
         });
         dump.complex("remeshed", &complex)?;
         let complex = clock.time("charts", || {
-            charts::mesh_charts(&complex, &field, placer).complex
+            charts::mesh_charts(&complex, Pattern::Triangles, &field, placer).complex
         });
         dump.complex("charted", &complex)?;
         let complex = clock.time("polish", || {
             tidy::unfolded(remesh::polish(complex, &field, placer, &options), placer)
         });
         dump.complex("polished", &complex)?;
+        let Halves { complex, diagonals } = self.halved(complex, middle, clock)?;
         let complex = clock.time("balance", || balance::balance(complex, middle.walls));
         dump.complex("balanced", &complex)?;
-        Ok(complex)
+        Ok(Halves { complex, diagonals })
+    }
+
+    /// A meshed complex as halves of quads, where these are asked for.
+    fn halved(
+        &self,
+        complex: MidComplex,
+        middle: &Middle<'_>,
+        clock: &mut Clock<'_>,
+    ) -> Result<Halves, PipelineError> {
+        let plain = |complex| Halves {
+            complex,
+            diagonals: Vec::new(),
+        };
+        if self.shape == ElementShape::Triangle {
+            return Ok(plain(complex));
+        }
+        let (field, placer) = (middle.field(self.sizing), middle.placer());
+        let squares = clock.time("charts", || {
+            let even = parity::make_even(complex.clone(), placer);
+            charts::mesh_charts(&even, Pattern::Squares, &field, placer).complex
+        });
+        self.dump.complex("squares", &squares)?;
+        let halves = clock.time("quads", || quads::quads(squares, placer));
+        self.dump.complex("halves", &halves.complex)?;
+        // Where something folds the triangles are the better mesh.
+        Ok(if folds(&halves.complex) > folds(&complex) {
+            plain(complex)
+        } else {
+            halves
+        })
     }
 
     /// Meshed with the kinks cut; without them where that leaves folds and this does not: less exact at steps, but fit for a solver.
@@ -158,7 +205,7 @@ impl Job<'_> {
         kinked: &Kinked,
         parted: &Middle<'_>,
         clock: &mut Clock<'_>,
-    ) -> Result<MidComplex, PipelineError> {
+    ) -> Result<Halves, PipelineError> {
         let uncut = OnceCell::new();
         let cleaned = || self.clean(fair, middle);
         let cut = clock.time("clean", || {
@@ -177,12 +224,24 @@ impl Job<'_> {
                 return self.meshed(uncut.clone(), middle, clock);
             }
         }
-        let cut = kinked.joined(self.meshed(cut, parted, clock)?);
+        let Halves {
+            complex: cut,
+            diagonals,
+        } = self.meshed(cut, parted, clock)?;
+        let cut = kinked.joined(cut);
+        if !diagonals.is_empty() && folds(&cut) == 0 {
+            let complex = cut;
+            return Ok(Halves { complex, diagonals });
+        }
         // What was parted at a kink has no neighbours there; joined, it may show a fold.
-        let cut = clock.time("polish", || {
+        let complex = clock.time("polish", || {
             connected(cut, |c| remesh::unfold(c, middle.placer()))
         });
-        if folds(&cut) == 0 {
+        let cut = Halves {
+            complex,
+            diagonals: Vec::new(),
+        };
+        if folds(&cut.complex) == 0 {
             return Ok(cut);
         }
         let uncut = clock.time("clean", || uncut.get_or_init(cleaned));
@@ -190,6 +249,6 @@ impl Job<'_> {
             return Ok(cut);
         }
         let uncut = self.meshed(uncut.clone(), middle, clock)?;
-        Ok(if folds(&uncut) == 0 { uncut } else { cut })
+        Ok(if folds(&uncut.complex) == 0 { uncut } else { cut })
     }
 }

@@ -11,6 +11,7 @@
 //! **Limits.** Angles are as good as the boundary allows: two boundary edges that meet at 10 degrees make a triangle of 10 degrees; edges of
 //! very different lengths side by side, likewise. **Cost.** A dozen Delaunay triangulations of the new points.
 
+mod cross;
 mod flip;
 mod front;
 mod polish;
@@ -23,12 +24,22 @@ use crate::geom::placer::Placer;
 use crate::model::complex::Support;
 use crate::model::ids::WallId;
 use crate::model::patch::{Chart, Patch, PatchMesh};
+use cross::Cross;
 use front::Point;
 use glam::DVec3;
 use rayon::prelude::*;
 use relax::Frame;
 use sizes::Sizes;
 use surface::Surface;
+
+/// How new nodes are laid.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Pattern {
+    /// Equilateral triangles.
+    Triangles,
+    /// The halves of squares along a cross field, to be paired into quads.
+    Squares,
+}
 
 /// Wanted edge length, mm, at a point of a wall.
 pub type SizeField<'a> = dyn Fn(DVec3, WallId) -> f64 + Sync + 'a;
@@ -64,6 +75,9 @@ pub enum MeshError {
     /// The front would make more points than the patch has room for.
     #[error("more than {0} points: lengths in the chart say nothing about those in space")]
     Crowded(usize),
+    /// No field of directions can be found.
+    #[error("the old triangles are too flat for a cross field")]
+    NoCross,
 }
 
 /// A front makes at most this many times the points that a patch's area and border call for.
@@ -76,6 +90,7 @@ const CROWDED: f64 = 4.0;
 pub fn triangulate(
     patch: &Patch,
     chart: &Chart,
+    pattern: Pattern,
     size: &SizeField,
     placer: &dyn Placer,
 ) -> Result<PatchMesh, MeshError> {
@@ -91,11 +106,18 @@ pub fn triangulate(
         .iter_mut()
         .for_each(|p| p.size = surface.snap.value(p.size));
     let most = most_points(patch, &sizes, points.len());
+    let cross = match pattern {
+        Pattern::Triangles => None,
+        Pattern::Squares => {
+            Some(Cross::new(&surface, &fixed.corner_edges()).ok_or(MeshError::NoCross)?)
+        }
+    };
     let seeds = front::seeds(
         &surface,
         &points,
         &fixed.edges(),
         &|spot| sizes.at(spot),
+        cross.as_ref(),
         most,
     )
     .ok_or(MeshError::Crowded(most))?;
@@ -110,7 +132,10 @@ pub fn triangulate(
         boundary: &fixed.boundary,
         inner: &fixed.inner,
     };
-    let mut triangles = relax::relax(&surface, &frame, &mut points)?;
+    let mut triangles = match pattern {
+        Pattern::Triangles => relax::relax(&surface, &frame, &mut points)?,
+        Pattern::Squares => frame.triangulate(&points)?,
+    };
     check_area(patch, chart, &points, &triangles)?;
 
     let count = fixed.corners.len();
@@ -124,6 +149,9 @@ pub fn triangulate(
     // What a flip spoils for a point the next search mends; a third round gains nothing.
     for _ in 0..2 {
         flip::flip(&points, &positions, count, &fixed.inner, &mut triangles);
+        if pattern == Pattern::Squares {
+            break;
+        }
         polish::polish(&surface, &mut points, &mut positions, count, &triangles);
     }
     (positions[count..].par_iter_mut())
@@ -194,6 +222,13 @@ impl FixedParts {
             boundary,
             inner,
         }
+    }
+
+    /// All fixed edges, as corners of the patch.
+    fn corner_edges(&self) -> Vec<[u32; 2]> {
+        (self.boundary.iter().chain(&self.inner))
+            .map(|e| e.map(|i| self.corners[i as usize]))
+            .collect()
     }
 
     /// All fixed edges with whether the inside is on both sides.

@@ -13,6 +13,7 @@ pub mod fair;
 pub mod flatten;
 pub mod kinks;
 pub mod pair;
+pub mod parity;
 pub mod patch;
 pub mod prune;
 pub mod quads;

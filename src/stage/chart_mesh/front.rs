@@ -3,9 +3,13 @@
 //! A front of equilateral triangles (Rebay 1993, doi:10.1006/jcph.1993.1097; Remacle et al. 2013, doi:10.1002/nme.4441): every
 //! boundary edge proposes the apex of a triangle, every accepted point its six neighbours in the direction of its parent; first come,
 //! first served, and none nearer to another than a share of the size. Lengths are measured in space, not in the chart.
+//!
+//! Or one of squares (packing of parallelograms, Baudouin et al. 2014, doi:10.1007/s00366-013-0332-4): every point proposes its four neighbours along a cross field, and
+//! nearness is the greater of the two distances along the field's directions.
 
+use super::cross::Cross;
 use super::surface::{Grid, Spot, Surface};
-use glam::{DQuat, DVec2};
+use glam::{DQuat, DVec2, DVec3};
 use std::collections::VecDeque;
 use std::f64::consts::FRAC_PI_3;
 
@@ -17,6 +21,9 @@ const APART: f64 = 0.72;
 /// degrees allow.
 pub(super) const GRADING: f64 = 1.4;
 
+/// The same in a front of squares, by the greater of the distances along the field: half-way (in distance) between none and one point in the gap.
+const APART_SQUARE: f64 = 0.72;
+
 /// A point of the new mesh.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Point {
@@ -27,12 +34,14 @@ pub(super) struct Point {
 }
 
 /// New points for the inside. `fixed` are the points already there, `edges` the fixed edges (as positions in `fixed`), with a mark whether
-/// both sides of the edge are inside; `size` tells the wanted edge length, mm, at a spot. `None` where they would be more than `most`.
+/// both sides of the edge are inside; `size` tells the wanted edge length, mm, at a spot. With `cross` squares are laid along it, else equilateral triangles.
+/// `None` where they would be more than `most`.
 pub(super) fn seeds(
     surface: &Surface,
     fixed: &[Point],
     edges: &[([u32; 2], bool)],
     size: &dyn Fn(&Spot) -> f64,
+    cross: Option<&Cross>,
     most: usize,
 ) -> Option<Vec<Point>> {
     let places: Vec<DVec2> = fixed.iter().map(|p| p.place).collect();
@@ -44,6 +53,7 @@ pub(super) fn seeds(
     let mut front = Front {
         surface,
         size,
+        cross,
         points: fixed.to_vec(),
         grid: Grid::new(&places, typical, 1 << 16),
         edges,
@@ -60,14 +70,21 @@ pub(super) fn seeds(
         front.longest = front.longest.max(a.distance(b));
     }
     let mut queue: VecDeque<(u32, DVec2)> = VecDeque::new();
-    for (e, both) in edges {
-        front.apex(e[0], e[1], &mut queue);
-        if *both {
-            front.apex(e[1], e[0], &mut queue);
+    if cross.is_some() {
+        queue.extend((0..fixed.len() as u32).map(|i| (i, DVec2::ZERO)));
+    } else {
+        for (e, both) in edges {
+            front.apex(e[0], e[1], &mut queue);
+            if *both {
+                front.apex(e[1], e[0], &mut queue);
+            }
         }
     }
     while let Some((from, direction)) = queue.pop_front() {
-        front.around(from, direction, &mut queue);
+        match cross {
+            Some(cross) => front.beside(from, cross, &mut queue),
+            None => front.around(from, direction, &mut queue),
+        }
         if front.points.len() > fixed.len() + most {
             return None;
         }
@@ -78,6 +95,7 @@ pub(super) fn seeds(
 struct Front<'a> {
     surface: &'a Surface<'a>,
     size: &'a dyn Fn(&Spot) -> f64,
+    cross: Option<&'a Cross>,
     points: Vec<Point>,
     grid: Grid,
     edges: &'a [([u32; 2], bool)],
@@ -125,6 +143,20 @@ impl Front<'_> {
         }
     }
 
+    /// Proposes the four neighbours of a point along the cross field.
+    fn beside(&mut self, from: u32, cross: &Cross, queue: &mut VecDeque<(u32, DVec2)>) {
+        let Point { place, size } = self.points[from as usize];
+        let Some(spot) = self.surface.locate(place) else {
+            return;
+        };
+        let along = cross.at(self.surface, &spot);
+        let across = self.surface.flat_normal(spot.triangle).cross(along);
+        for way in [along, across, -along, -across] {
+            let step = self.surface.pull(spot.triangle, way * size);
+            self.propose(place + step, size, step, queue);
+        }
+    }
+
     /// Takes a point unless it lies outside or near to another point or edge.
     fn propose(
         &mut self,
@@ -147,8 +179,25 @@ impl Front<'_> {
             size = size.min(other.size + (GRADING - 1.0) * distance(other.place));
         }
         let size = self.surface.snap.value(size);
-        let close = |i: u32| distance(self.points[i as usize].place) < APART * size;
-        if self.grid.near(place, APART * reach).any(close) {
+        let crowded = match self.cross {
+            None => {
+                let close = |i: u32| distance(self.points[i as usize].place) < APART * size;
+                self.grid.near(place, APART * reach).any(close)
+            }
+            Some(cross) => {
+                let along = cross.at(self.surface, &spot);
+                let across = self.surface.flat_normal(spot.triangle).cross(along);
+                let close = |i: u32| {
+                    let step = self.points[i as usize].place - place;
+                    let way: DVec3 = self.surface.push(spot.triangle, step);
+                    way.dot(along).abs().max(way.dot(across).abs()) < APART_SQUARE * size
+                };
+                // The corner of a square is further off than its sides.
+                let corner = std::f64::consts::SQRT_2 * APART_SQUARE * reach;
+                self.grid.near(place, corner).any(close)
+            }
+        };
+        if crowded {
             return;
         }
         let sees_obtusely = |i: u32| {

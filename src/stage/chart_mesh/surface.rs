@@ -23,11 +23,12 @@ struct Slope {
 
 /// A grid over the chart for point location, with the slopes of every old triangle.
 pub(super) struct Surface<'a> {
-    patch: &'a Patch,
+    pub patch: &'a Patch,
     /// #T places of the corners.
     corners: Vec<[DVec2; 3]>,
     slopes: Vec<Slope>,
-    normals: Vec<DVec3>,
+    /// #C normals, not of unit length.
+    pub normals: Vec<DVec3>,
     grid: Grid,
     /// The grid that all places in the chart lie on.
     pub snap: Snap,

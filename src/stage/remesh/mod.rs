@@ -98,6 +98,16 @@ impl Default for RemeshOptions {
     }
 }
 
+impl RemeshOptions {
+    /// For meshes that are to be quads: rows of quads do not get wider as fast as triangles, so that curves are followed less closely.
+    pub fn for_quads() -> Self {
+        Self {
+            max_deviation: 0.15,
+            ..Self::default()
+        }
+    }
+}
+
 /// What was done.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct RemeshStats {

@@ -1,0 +1,159 @@
+//! A cross field over a patch: at every place four directions at right angles, one of them along the boundary where there is one near.
+//!
+//! Smoothest field of fourth powers (Knöppel, Crane, Pinkall & Schröder 2013, "Globally optimal direction fields", doi:10.1145/2461912.2462005)
+//! with the boundary's directions held: the angle to a frame of each corner, times four, as a complex number; one sparse solve.
+//!
+//! **Guarantees.** A direction everywhere, in the plane of the old triangle there; the same for a patch moved or scaled, but for rounding.
+//! **Limits.** Singular places lie where the solution vanishes; between them and the corners around the direction may turn fast. A closed patch without an edge to
+//! hold on to takes its first side for one.
+//! **Cost.** One sparse factorisation of twice as many unknowns as the patch has free corners.
+
+use super::surface::{Spot, Surface};
+use crate::model::patch::Patch;
+use crate::solve::SpdSolver;
+use glam::{DVec2, DVec3};
+
+/// Weights of sides are cotangents; beside flat triangles these are held to this range, so that the system stays definite and well conditioned.
+const WEIGHTS: [f64; 2] = [0.05, 20.0];
+
+/// Directions at the corners of a patch.
+pub(super) struct Cross {
+    /// #C two unit vectors at right angles in the plane that the patch has at the corner.
+    frames: Vec<[DVec3; 2]>,
+    /// #C fourth power of the direction, in that frame.
+    powers: Vec<DVec2>,
+}
+
+impl Cross {
+    /// The smoothest field along these edges (corners of the patch); `None` where the system cannot be solved, as with triangles without area.
+    pub(super) fn new(surface: &Surface, edges: &[[u32; 2]]) -> Option<Self> {
+        let patch = surface.patch;
+        let frames: Vec<[DVec3; 2]> = (surface.normals.iter())
+            .map(|n| n.normalize_or(DVec3::Z).any_orthonormal_pair())
+            .map(|(x, y)| [x, y])
+            .collect();
+        let power = |c: u32, way: DVec3| {
+            let [x, y] = frames[c as usize];
+            fourth(DVec2::new(way.dot(x), way.dot(y)))
+        };
+        let mut held = vec![DVec2::ZERO; patch.nodes.len()];
+        let first = [patch.triangles.first().map(|t| [t[0], t[1]])];
+        let edges: Vec<[u32; 2]> = match edges {
+            [] => first.into_iter().flatten().collect(),
+            _ => edges.to_vec(),
+        };
+        for &[a, b] in &edges {
+            let way = patch.points[b as usize] - patch.points[a as usize];
+            for c in [a, b] {
+                held[c as usize] += power(c, way);
+            }
+        }
+        // Where edges meet at half a right angle their crosses contradict each other.
+        let held: Vec<Option<DVec2>> = (held.into_iter())
+            .map(|h| (h.length() > 0.1).then(|| h.normalize()))
+            .collect();
+        let powers = smoothest(patch, &held, &power)?;
+        Some(Self { frames, powers })
+    }
+
+    /// A unit direction at a spot, in the plane of its triangle; the others are at right angles to it.
+    pub(super) fn at(&self, surface: &Surface, spot: &Spot) -> DVec3 {
+        let normal = surface.flat_normal(spot.triangle);
+        let (x, y) = normal.any_orthonormal_pair();
+        let corners = surface.patch.triangles[spot.triangle as usize];
+        let mut sum = DVec2::ZERO;
+        for (&c, w) in corners.iter().zip(spot.weights) {
+            let power = self.powers[c as usize];
+            let angle = power.to_angle() / 4.0;
+            let [u, v] = self.frames[c as usize];
+            let way = u * angle.cos() + v * angle.sin();
+            sum += fourth(DVec2::new(way.dot(x), way.dot(y))) * w;
+        }
+        let angle = sum.to_angle() / 4.0;
+        x * angle.cos() + y * angle.sin()
+    }
+}
+
+/// The fourth power of a direction, of length one: the same for all four of its cross.
+fn fourth(way: DVec2) -> DVec2 {
+    let unit = way.normalize_or_zero();
+    let square = unit.rotate(unit);
+    square.rotate(square)
+}
+
+/// Fourth powers at the corners that differ least along the sides of triangles.
+fn smoothest(
+    patch: &Patch,
+    held: &[Option<DVec2>],
+    power: &dyn Fn(u32, DVec3) -> DVec2,
+) -> Option<Vec<DVec2>> {
+    let mut place = vec![u32::MAX; held.len()];
+    let mut free = 0u32;
+    for (c, h) in held.iter().enumerate() {
+        if h.is_none() {
+            place[c] = free;
+            free += 1;
+        }
+    }
+    let mut triplets: Vec<(u32, u32, f64)> = Vec::new();
+    let mut right = vec![0.0; 2 * free as usize];
+    for t in &patch.triangles {
+        for k in 0..3 {
+            let [a, b, c] = [0, 1, 2].map(|i| t[(k + i) % 3]);
+            let [p, q, r] = [a, b, c].map(|c| patch.points[c as usize]);
+            let (u, v) = (p - r, q - r);
+            let cotangent = u.dot(v) / u.cross(v).length();
+            let weight = if cotangent.is_finite() {
+                (cotangent / 2.0).clamp(WEIGHTS[0], WEIGHTS[1])
+            } else {
+                WEIGHTS[1]
+            };
+            // What `a` has, as `b` sees it: their frames see the side between them at different angles.
+            let turn = power(b, q - p).rotate(conjugate(power(a, q - p)));
+            for (from, to, turn) in [(a, b, turn), (b, a, conjugate(turn))] {
+                let row = place[to as usize];
+                if row == u32::MAX {
+                    continue;
+                }
+                for i in 0..2 {
+                    triplets.push((2 * row + i, 2 * row + i, weight));
+                }
+                match held[from as usize] {
+                    Some(known) => {
+                        let known = turn.rotate(known) * weight;
+                        right[2 * row as usize] += known.x;
+                        right[2 * row as usize + 1] += known.y;
+                    }
+                    None => {
+                        let column = place[from as usize];
+                        let (cos, sin) = (weight * turn.x, weight * turn.y);
+                        triplets.push((2 * row, 2 * column, -cos));
+                        triplets.push((2 * row, 2 * column + 1, sin));
+                        triplets.push((2 * row + 1, 2 * column, -sin));
+                        triplets.push((2 * row + 1, 2 * column + 1, -cos));
+                    }
+                }
+            }
+        }
+    }
+    let solved = SpdSolver::factor(2 * free as usize, &triplets)
+        .ok()?
+        .solve(&right);
+    let at = |c: usize| match held[c] {
+        Some(known) => known,
+        None => {
+            let i = 2 * place[c] as usize;
+            DVec2::new(solved[i], solved[i + 1])
+        }
+    };
+    // Far from what is held powers are small, but their directions are as good.
+    Some(
+        (0..held.len())
+            .map(|c| at(c).normalize_or(DVec2::X))
+            .collect(),
+    )
+}
+
+fn conjugate(z: DVec2) -> DVec2 {
+    DVec2::new(z.x, -z.y)
+}

@@ -1,0 +1,139 @@
+//! Insertion: two triangles become quads by a row of new quads between them.
+//!
+//! Where triangles stand on a boundary they cannot be carried away: the node beside them would be left with a single quad and a straight angle. Instead every side on a
+//! way from the one to the other gets a node in its middle: the triangles have four nodes then, and every quad on the way six, which make two quads.
+
+use super::cells::{Cells, Ground, Ring};
+use super::change::{Change, Want, attempt};
+use std::cmp::Reverse;
+use std::collections::{BTreeMap, BinaryHeap};
+
+/// No cell may become worse: below, two triangles are the better choice.
+const LEAST: f64 = 0.3;
+/// Ways straight through a quad cost one, turns more: they leave nodes with three and five quads.
+const TURN: u32 = 3;
+/// Longest way: every cell on it adds one to the mesh.
+const LONGEST: u32 = 40;
+
+/// Pairs up triangles by rows of new quads, as far as these are sound.
+pub(super) fn insert(cells: &mut Cells, ground: &dyn Ground) {
+    let mut left: Vec<u32> = cells.living().filter(|&c| !cells.is_quad(c)).collect();
+    while let Some(triangle) = left.pop() {
+        if cells.lives[triangle as usize]
+            && !cells.is_quad(triangle)
+            && let Some(way) = way(cells, triangle)
+            && let Some(change) = row(cells, &way, ground)
+        {
+            attempt(cells, change, Want::Sound(LEAST), ground);
+        }
+    }
+}
+
+/// The cheapest way from a triangle to another: cells, and the side that leads out of each but the last.
+fn way(cells: &Cells, from: u32) -> Option<Vec<(u32, usize)>> {
+    // How each cell was entered: from which cell, over which of its sides, and over which of its own.
+    let mut entered: BTreeMap<u32, (u32, usize, usize)> = BTreeMap::new();
+    let mut heap = BinaryHeap::from([Reverse((0, from, from, 0, 0))]);
+    while let Some(Reverse((far, cell, before, out, side))) = heap.pop() {
+        if far > LONGEST {
+            return None;
+        }
+        if entered.contains_key(&cell) {
+            continue;
+        }
+        entered.insert(cell, (before, out, side));
+        if cell != from && !cells.is_quad(cell) {
+            let mut way = vec![(cell, side)];
+            let mut at = cell;
+            while at != from {
+                let (before, out, _) = entered[&at];
+                way.push((before, out));
+                at = before;
+            }
+            way.reverse();
+            return Some(way);
+        }
+        let ring = cells.ring(cell);
+        for out in 0..ring.len() {
+            let Some(next) = cells.across(cell, out) else {
+                continue;
+            };
+            let (a, b) = (ring[out], ring[(out + 1) % ring.len()]);
+            let Some(side_there) = cells.side(next, b, a) else {
+                continue;
+            };
+            let straight = cell == from || (out + ring.len() - side) % ring.len() == 2;
+            let cost = far + if straight { 1 } else { TURN };
+            heap.push(Reverse((cost, next, cell, out, side_there)));
+        }
+    }
+    None
+}
+
+/// The cells of a way with a node in the middle of every side that it crosses.
+fn row(cells: &mut Cells, way: &[(u32, usize)], ground: &dyn Ground) -> Option<Change> {
+    let mut change = Change {
+        gone: way.iter().map(|w| w.0).collect(),
+        ..Change::default()
+    };
+    let middles: Vec<(u32, u32)> = (way[..way.len() - 1].iter())
+        .map(|&(cell, out)| {
+            let ring = cells.ring(cell);
+            (ring[out], ring[(out + 1) % ring.len()])
+        })
+        .collect();
+    let first = cells.points.len() as u32;
+    for &(a, b) in &middles {
+        let middle = (cells.points[a as usize] + cells.points[b as usize]) / 2.0;
+        cells.add_node(ground.foot(middle));
+        change.added += 1;
+    }
+    for (i, &(cell, _)) in way.iter().enumerate() {
+        // The ring with its new nodes.
+        let ring = cells.ring(cell);
+        let mut full: Vec<u32> = Vec::with_capacity(6);
+        for (k, &a) in ring.iter().enumerate() {
+            let b = ring[(k + 1) % ring.len()];
+            full.push(a);
+            let crossed = |j: usize| {
+                middles.get(j).is_some_and(|&m| m == (a, b) || m == (b, a))
+            };
+            if i > 0 && crossed(i - 1) {
+                full.push(first + i as u32 - 1);
+            } else if crossed(i) {
+                full.push(first + i as u32);
+            }
+        }
+        match full.len() {
+            4 => change.new.push(full.into_iter().collect()),
+            6 => change.new.extend(halves(cells, &full)),
+            // A way that comes back through the same side.
+            _ => {
+                for _ in 0..change.added {
+                    cells.drop_node();
+                }
+                return None;
+            }
+        }
+    }
+    Some(change)
+}
+
+/// The best two quads of a hexagon.
+fn halves(cells: &Cells, hexagon: &[u32]) -> [Ring; 2] {
+    let cut = |k: usize| -> [Ring; 2] {
+        let at = |d: usize| hexagon[(k + d) % 6];
+        [
+            [at(0), at(1), at(2), at(3)].into_iter().collect(),
+            [at(3), at(4), at(5), at(0)].into_iter().collect(),
+        ]
+    };
+    let rated = |k: usize| {
+        let quads = cut(k);
+        (cells.worth(&quads[0]).min(cells.worth(&quads[1])), quads)
+    };
+    let best = [rated(1), rated(2)]
+        .into_iter()
+        .fold(rated(0), |best, next| if next.0 > best.0 { next } else { best });
+    best.1
+}

@@ -1,0 +1,277 @@
+//! One sheet: from its triangles to cells, and from cells to triangles with diagonals.
+
+use super::cells::{Cells, Ground, Place, Ring};
+use super::insert::insert;
+use super::matching::{self, Edge};
+use super::smooth::{Effort, smooth};
+use super::transport::transport;
+use super::valence::clean_up;
+use crate::geom::placer::Placer;
+use crate::geom::quality::quad_quality;
+use crate::model::complex::{MidComplex, MidEdge, Support};
+use crate::model::ids::{IndexVec, NodeId, TriangleId, WallId};
+use crate::spatial::TriangleBvh;
+use glam::DVec3;
+use std::collections::BTreeSet;
+
+/// Rounds of pairing up single triangles and cleaning up: what one round left in the way the next may pass.
+const ROUNDS: usize = 2;
+/// Triangles of one wall that meet at a sharper turn keep their common edge: as in patches, 40 degrees.
+const FOLD_COS: f64 = 0.766;
+/// A pair with an angle of no use to a solver, or turned over, is none.
+const USABLE: f64 = 0.1;
+/// A node may be put this far from where smoothing left it, in mean edge lengths: further is another branch of the surface.
+const NEAR: f64 = 0.3;
+
+/// The triangles of a sheet, with its nodes counted anew: held ones first.
+pub(super) struct Sheet {
+    pub wall: WallId,
+    pub source: Vec<TriangleId>,
+    nodes: Vec<NodeId>,
+    /// How many of the nodes are held; those come first.
+    held: usize,
+    points: Vec<DVec3>,
+    triangles: Vec<[u32; 3]>,
+    kept: Vec<[u32; 2]>,
+}
+
+/// A sheet of quads, as triangles.
+pub(super) struct Made {
+    pub points: Vec<DVec3>,
+    /// Which nodes are in use.
+    pub lives: Vec<bool>,
+    pub triangles: Vec<[u32; 3]>,
+    pub diagonals: Vec<[u32; 2]>,
+}
+
+/// Whether the triangles at an inner edge meet at a fold, or are wound against each other.
+pub(super) fn is_fold(complex: &MidComplex, edge: &MidEdge) -> bool {
+    let [s, t] = [0, 1].map(|i| &complex.triangles[edge.triangles[i]]);
+    let [n, m] = [s, t].map(|t| complex.area_vector(t).normalize_or_zero());
+    s.runs(edge.ends) == t.runs(edge.ends) || n.dot(m) < FOLD_COS
+}
+
+impl Sheet {
+    pub(super) fn new(
+        complex: &MidComplex,
+        members: &[TriangleId],
+        held: &IndexVec<NodeId, bool>,
+        kept: &BTreeSet<[NodeId; 2]>,
+    ) -> Self {
+        let corners = || members.iter().flat_map(|&t| complex.triangles[t].nodes);
+        let mut nodes: Vec<NodeId> = corners().collect();
+        nodes.sort_unstable_by_key(|&n| (!held[n], n));
+        nodes.dedup();
+        let count = nodes.partition_point(|&n| held[n]);
+        let place = |n: NodeId| {
+            nodes.partition_point(|&m| (!held[m], m) < (!held[n], n)) as u32
+        };
+        let triangles: Vec<[u32; 3]> = (members.iter())
+            .map(|&t| complex.triangles[t].nodes.map(place))
+            .collect();
+        let mut own: Vec<[u32; 2]> = (members.iter())
+            .flat_map(|&t| {
+                let n = complex.triangles[t].nodes;
+                [[n[0], n[1]], [n[1], n[2]], [n[2], n[0]]]
+            })
+            .filter(|[a, b]| kept.contains(&[*a.min(b), *a.max(b)]))
+            .map(|e| {
+                let [a, b] = e.map(place);
+                [a.min(b), a.max(b)]
+            })
+            .collect();
+        own.sort_unstable();
+        own.dedup();
+        Self {
+            wall: complex.triangles[members[0]].wall,
+            source: members.to_vec(),
+            points: nodes.iter().map(|&n| complex.nodes[n].point).collect(),
+            nodes,
+            held: count,
+            triangles,
+            kept: own,
+        }
+    }
+
+    /// The node of the complex that a held one is.
+    pub(super) fn held_node(&self, node: u32) -> Option<NodeId> {
+        let node = node as usize;
+        (node < self.held).then(|| self.nodes[node])
+    }
+
+    /// The held nodes: each one's number here, and its own.
+    pub(super) fn held_nodes(&self) -> impl Iterator<Item = (u32, NodeId)> + '_ {
+        (0u32..).zip(self.nodes[..self.held].iter().copied())
+    }
+
+    /// The ground that its nodes stay on.
+    pub(super) fn ground(&self) -> Facets {
+        let triangles: Vec<[DVec3; 3]> = (self.triangles.iter())
+            .map(|t| t.map(|n| self.points[n as usize]))
+            .collect();
+        Facets::new(&triangles)
+    }
+
+    /// The sheet in quads; `None` where one would be turned over, so that the triangles are the better mesh.
+    pub(super) fn quadded(&self, ground: &dyn Ground) -> Option<Cells> {
+        let mut cells = self.paired(ground);
+        for _ in 0..ROUNDS {
+            transport(&mut cells, ground);
+            insert(&mut cells, ground);
+            clean_up(&mut cells, ground);
+            smooth(&mut cells, ground, Effort::Brief);
+        }
+        smooth(&mut cells, ground, Effort::Whole);
+        let sound = cells.living().all(|c| cells.quality(c) > 0.0);
+        sound.then_some(cells)
+    }
+
+    /// Triangles paired into as many quads as can be.
+    fn paired(&self, ground: &dyn Ground) -> Cells {
+        let rings: Vec<Ring> = (self.triangles.iter())
+            .map(|t| t.iter().copied().collect())
+            .collect();
+        let held = (0..self.points.len()).map(|n| n < self.held).collect();
+        let normals = self.points.iter().map(|&p| ground.foot(p).1).collect();
+        let points = self.points.clone();
+        let mut cells = Cells::new(points, normals, held, rings, self.kept.clone());
+        let mut edges = Vec::new();
+        let mut rings: Vec<(u32, u32, Ring)> = Vec::new();
+        for cell in 0..self.triangles.len() as u32 {
+            for k in 0..3 {
+                let Some(other) = cells.across(cell, k).filter(|&o| o > cell) else {
+                    continue;
+                };
+                let t = self.triangles[cell as usize];
+                let Some(apex) = (self.triangles[other as usize].into_iter())
+                    .find(|n| *n != t[k] && *n != t[(k + 1) % 3])
+                else {
+                    continue;
+                };
+                let ring = [t[(k + 2) % 3], t[k], apex, t[(k + 1) % 3]];
+                if apex == t[(k + 2) % 3] {
+                    continue;
+                }
+                let p = ring.map(|n| self.points[n as usize]);
+                if cells.worth(&ring) < USABLE {
+                    continue;
+                }
+                edges.push(Edge {
+                    ends: [cell, other],
+                    weight: (1.0 - quad_quality(p).equiangle_skew).max(0.0),
+                });
+                rings.push((cell, other, ring.into_iter().collect()));
+            }
+        }
+        let mate = matching::pair(self.triangles.len(), &edges);
+        for (a, b, ring) in rings {
+            if mate[a as usize] == Some(b) && cells.lives[a as usize] {
+                cells.exchange(&[a, b], &[ring]);
+            }
+        }
+        cells
+    }
+
+    /// Free nodes onto the exact mid-surface, where that turns nothing over.
+    pub(super) fn place(&self, cells: &mut Cells, placer: &dyn Placer) {
+        let supports = [Support::Mid(self.wall)];
+        for n in 0..cells.points.len() as u32 {
+            if cells.held[n as usize] || cells.star(n).is_empty() {
+                continue;
+            }
+            let star = cells.star(n).clone();
+            let near = cells.neighbours(n);
+            let (here, normal) = cells.place(n);
+            let reach = (near.iter())
+                .map(|&m| here.distance(cells.points[m as usize]))
+                .sum::<f64>()
+                / near.len() as f64;
+            let before = cells.worst(&star);
+            let placed = placer.place(here, &supports);
+            if !(placed.is_finite() && placed.distance(here) < NEAR * reach) {
+                continue;
+            }
+            cells.put(n, (placed, normal));
+            if cells.worst(&star) < before.min(USABLE) {
+                cells.put(n, (here, normal));
+            }
+        }
+    }
+}
+
+/// Cells as triangles: quads along the shorter diagonal, unless an edge joins its ends already.
+pub(super) fn halved(cells: &Cells) -> Option<Made> {
+    let mut triangles = Vec::new();
+    let mut diagonals: BTreeSet<[u32; 2]> = BTreeSet::new();
+    let mut lives = vec![false; cells.points.len()];
+    for c in cells.living() {
+        let ring = cells.ring(c);
+        ring.iter().for_each(|&n| lives[n as usize] = true);
+        if cells.quality(c) <= 0.0 {
+            return None;
+        }
+        if let &[a, b, c] = ring.as_slice() {
+            triangles.push([a, b, c]);
+            continue;
+        }
+        let &[p, q, r, s] = ring.as_slice() else {
+            return None;
+        };
+        let length = |a: u32, b: u32| cells.points[a as usize].distance(cells.points[b as usize]);
+        let fits = |a: u32, b: u32| {
+            !cells.joined(a, b) && !diagonals.contains(&[a.min(b), a.max(b)])
+        };
+        // Of two equal ones rounding must not decide.
+        let first = length(p, r) <= length(q, s) * (1.0 + 1e-6);
+        let ways = [[p, q, r, s], [q, r, s, p]];
+        let ways = if first { ways } else { [ways[1], ways[0]] };
+        let [a, b, c, d] = ways.into_iter().find(|w| fits(w[0], w[2]))?;
+        triangles.extend([[a, b, c], [a, c, d]]);
+        diagonals.insert([a.min(c), a.max(c)]);
+    }
+    Some(Made {
+        points: cells.points.clone(),
+        lives,
+        triangles,
+        diagonals: diagonals.into_iter().collect(),
+    })
+}
+
+/// The triangles of a sheet as the ground that its nodes stay on.
+pub(super) struct Facets {
+    bvh: TriangleBvh,
+    normals: Vec<DVec3>,
+    /// A point and the normal, where all of them lie in one plane.
+    plane: Option<Place>,
+}
+
+/// Flat to rounding, as a share of the sheet's size.
+const FLAT: f64 = 1e-10;
+
+impl Facets {
+    fn new(triangles: &[[DVec3; 3]]) -> Self {
+        let doubled = |[a, b, c]: &[DVec3; 3]| (b - a).cross(c - a);
+        let normal = (triangles.iter().map(doubled).sum::<DVec3>()).normalize_or_zero();
+        let origin = triangles.first().map_or(DVec3::ZERO, |t| t[0]);
+        let corners = || triangles.iter().flatten().map(|p| p - origin);
+        let size = corners().map(DVec3::length).fold(0.0, f64::max);
+        let flat = corners().all(|p| p.dot(normal).abs() <= FLAT * size);
+        Self {
+            bvh: TriangleBvh::new(triangles),
+            normals: triangles.iter().map(|t| doubled(t).normalize_or_zero()).collect(),
+            plane: flat.then_some((origin, normal)),
+        }
+    }
+}
+
+impl Ground for Facets {
+    fn foot(&self, p: DVec3) -> Place {
+        if let Some((origin, normal)) = self.plane {
+            return (p - normal * (p - origin).dot(normal), normal);
+        }
+        match self.bvh.nearest(p) {
+            Some(near) => (near.point, self.normals[near.index]),
+            None => (p, DVec3::Z),
+        }
+    }
+}

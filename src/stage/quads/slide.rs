@@ -1,0 +1,133 @@
+//! Sliding: nodes of feature curves move along them to where the cells of all their sheets want them.
+//!
+//! On a narrow strip nothing else can bring the nodes of one side opposite to those of the other. Nodes between corners slide by less than half of the way to their
+//! neighbours; all cells at a node, of every sheet, have to be as good as before, or good enough.
+
+use super::cells::Cells;
+use super::sheet::Sheet;
+use super::smooth::{GOOD, wanted};
+use crate::geom::placer::Placer;
+use crate::geom::triangle::nearest_on_segment;
+use crate::model::complex::{EdgeKind, MidComplex, ends};
+use crate::model::ids::{IndexVec, NodeId};
+use glam::DVec3;
+use smallvec::SmallVec;
+
+/// A curve has a corner where it turns more than this.
+const CORNER_RAD: f64 = 35.0 * std::f64::consts::PI / 180.0;
+/// A node slides no further than this share of the way to its neighbour.
+const REACH: f64 = 0.4;
+/// Sweeps along all curves before the sheets follow.
+const SWEEPS: usize = 3;
+
+/// A node that may slide.
+struct Slider {
+    node: NodeId,
+    /// Its neighbours on the curve.
+    beside: [NodeId; 2],
+    /// Which node it is in each of its sheets.
+    at: SmallVec<[(usize, u32); 3]>,
+}
+
+/// All nodes that may slide, in order.
+pub(super) struct Curves(Vec<Slider>);
+
+impl Curves {
+    /// Nodes between corners whose sheets are all in quads.
+    pub(super) fn new(complex: &MidComplex, sheets: &[Sheet], all: &[Option<Cells>]) -> Self {
+        let mut at: IndexVec<NodeId, SmallVec<[(usize, u32); 3]>> =
+            IndexVec::filled(SmallVec::new(), complex.nodes.len());
+        let mut free: IndexVec<NodeId, bool> = IndexVec::filled(true, complex.nodes.len());
+        for (i, (sheet, cells)) in sheets.iter().zip(all).enumerate() {
+            for (local, n) in sheet.held_nodes() {
+                at[n].push((i, local));
+                free[n] &= cells.is_some();
+            }
+        }
+        let mut beside: IndexVec<NodeId, SmallVec<[NodeId; 3]>> =
+            IndexVec::filled(SmallVec::new(), complex.nodes.len());
+        for edge in complex.edges() {
+            if complex.kind(&edge) != EdgeKind::Inner {
+                let [a, b] = edge.ends;
+                beside[a].push(b);
+                beside[b].push(a);
+            }
+        }
+        let point = |n: NodeId| complex.nodes[n].point;
+        let slider = |(node, beside): (NodeId, &SmallVec<[NodeId; 3]>)| {
+            let &[a, b] = beside.as_slice() else {
+                return None;
+            };
+            let turn = (point(node) - point(a)).angle_between(point(b) - point(node));
+            let within = ends(&complex.nodes[node].supports).count() < 2 && turn < CORNER_RAD;
+            (within && free[node]).then(|| Slider {
+                node,
+                beside: [a, b],
+                at: at[node].clone(),
+            })
+        };
+        Self(beside.enumerated().filter_map(slider).collect())
+    }
+
+    /// Moves nodes along their curves.
+    pub(super) fn slide(
+        &self,
+        complex: &mut MidComplex,
+        all: &mut [Option<Cells>],
+        placer: &dyn Placer,
+    ) {
+        for _ in 0..SWEEPS {
+            for slider in &self.0 {
+                slider.slide(complex, all, placer);
+            }
+        }
+    }
+}
+
+impl Slider {
+    fn slide(&self, complex: &mut MidComplex, all: &mut [Option<Cells>], placer: &dyn Placer) {
+        let (mut sum, mut total) = (DVec3::ZERO, 0.0);
+        for &(sheet, local) in &self.at {
+            let wish = all[sheet].as_ref().and_then(|c| wanted(c, local, false));
+            let Some((s, t)) = wish else {
+                return;
+            };
+            sum += s;
+            total += t;
+        }
+        let here = complex.nodes[self.node].point;
+        let wish = sum / total;
+        let on_curve = (self.beside.iter())
+            .map(|&n| nearest_on_segment(here, here.lerp(complex.nodes[n].point, REACH), wish))
+            .reduce(|a, b| if b.distance(wish) < a.distance(wish) { b } else { a })
+            .unwrap_or(here);
+        let step = on_curve.distance(here);
+        let placed = placer.place(on_curve, &complex.nodes[self.node].supports);
+        // A place far from the curve is another branch of it.
+        let near = placed.is_finite() && placed.distance(on_curve) <= step;
+        if step <= 0.0 || !near {
+            return;
+        }
+        let worst = |all: &[Option<Cells>]| {
+            let each = |&(sheet, local): &(usize, u32)| {
+                all[sheet].as_ref().map_or(0.0, |c| c.worst(c.star(local)))
+            };
+            self.at.iter().map(each).fold(f64::INFINITY, f64::min)
+        };
+        let mut put = |all: &mut [Option<Cells>], p: DVec3| {
+            for &(sheet, local) in &self.at {
+                if let Some(cells) = &mut all[sheet] {
+                    let (_, normal) = cells.place(local);
+                    cells.put(local, (p, normal));
+                }
+            }
+            complex.nodes[self.node].point = p;
+        };
+        let before = worst(all);
+        put(all, placed);
+        let after = worst(all);
+        if after < before && after < GOOD {
+            put(all, here);
+        }
+    }
+}

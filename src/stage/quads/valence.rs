@@ -1,0 +1,180 @@
+//! Topological clean-up: changes of a few quads that bring nodes nearer to four quads each.
+//!
+//! Quads are collapsed along a diagonal, edges between two quads are turned, and nodes with many quads are opened into two with a quad between them
+//! (Kinney 1997, "CleanUp: improving quadrilateral finite element meshes"; Docampo-Sánchez & Haimes 2019). Only changes that pay are kept ([`super::change`]),
+//! so that the sweeps end.
+
+use super::cells::{Cells, Ground, Ring};
+use super::change::{Change, Want, attempt, fans, irregularity};
+use smallvec::smallvec;
+
+/// Sweeps over all cells; most gain comes with the first two.
+const SWEEPS: usize = 6;
+/// No cell becomes worse than this for the sake of valences: what the shell profile asks for, and a little more, since smoothing goes on.
+const LEAST: f64 = 0.5;
+/// A cell worse than this is worth turning an edge for, even where no valence gains.
+const POOR: f64 = 0.5;
+/// By as much the worst cell has to gain from that.
+const GAIN: f64 = 0.05;
+/// Cells that go to the new node of an opening: it then has one more.
+const OPENED: [usize; 2] = [3, 2];
+
+/// Sweeps until nothing pays any more.
+pub(super) fn clean_up(cells: &mut Cells, ground: &dyn Ground) {
+    for _ in 0..SWEEPS {
+        let mut changed = 0;
+        for node in 0..cells.points.len() as u32 {
+            if irregularity(cells, node) > 0 {
+                changed += usize::from(open(cells, node, ground));
+            }
+        }
+        for cell in 0..cells.rings.len() as u32 {
+            changed += usize::from(collapse(cells, cell, ground) || turn(cells, cell, ground));
+        }
+        if changed == 0 {
+            return;
+        }
+    }
+}
+
+/// Whether a node has fewer or more cells than it should.
+fn is_odd(cells: &Cells, node: u32) -> bool {
+    irregularity(cells, node) > 0
+}
+
+/// Makes one node of two opposite ones of a quad.
+fn collapse(cells: &mut Cells, cell: u32, ground: &dyn Ground) -> bool {
+    if !cells.lives[cell as usize] || !cells.is_quad(cell) {
+        return false;
+    }
+    for k in 0..4 {
+        let ring = cells.ring(cell);
+        let (a, c) = (ring[k], ring[(k + 2) % 4]);
+        if cells.held[a as usize] || !ring.iter().any(|&n| is_odd(cells, n)) {
+            continue;
+        }
+        if cells.star(a).iter().any(|&o| o != cell && cells.ring(o).contains(&c)) {
+            continue;
+        }
+        let mut change = Change {
+            gone: cells.star(a).clone(),
+            ..Change::default()
+        };
+        if change.gone.iter().any(|&o| !cells.is_quad(o)) {
+            continue;
+        }
+        for &o in change.gone.iter().filter(|&&o| o != cell) {
+            let swap = |&n: &u32| if n == a { c } else { n };
+            change.new.push(cells.ring(o).iter().map(swap).collect());
+        }
+        if !cells.held[c as usize] {
+            let middle = (cells.points[a as usize] + cells.points[c as usize]) / 2.0;
+            change.moved.push((c, ground.foot(middle)));
+        }
+        if attempt(cells, change, Want::Regular(LEAST), ground) {
+            return true;
+        }
+    }
+    false
+}
+
+/// Turns an edge between two quads to another diagonal of the hexagon that they make.
+fn turn(cells: &mut Cells, cell: u32, ground: &dyn Ground) -> bool {
+    for k in 0..4 {
+        if !cells.lives[cell as usize] || !cells.is_quad(cell) {
+            return false;
+        }
+        let Some(other) = cells.across(cell, k).filter(|&o| cells.is_quad(o)) else {
+            continue;
+        };
+        let ring = cells.ring(cell).clone();
+        let [u, v, p, q] = [0, 1, 2, 3].map(|i| ring[(k + i) % 4]);
+        let Some(j) = cells.side(other, v, u) else {
+            continue;
+        };
+        let around = cells.ring(other);
+        let [r, s] = [2, 3].map(|i| around[(j + i) % 4]);
+        let odd = [u, v, p, q, r, s].iter().any(|&n| is_odd(cells, n));
+        let poor = cells.worst(&[cell, other]) < POOR;
+        let ways: [([u32; 2], [Ring; 2]); 2] = [
+            ([p, r], [smallvec![p, q, u, r], smallvec![r, s, v, p]]),
+            ([q, s], [smallvec![q, u, r, s], smallvec![s, v, p, q]]),
+        ];
+        for ([a, b], new) in ways {
+            if a == b || cells.joined(a, b) {
+                continue;
+            }
+            let change = || Change {
+                gone: smallvec![cell, other],
+                new: new.iter().cloned().collect(),
+                ..Change::default()
+            };
+            if odd && attempt(cells, change(), Want::Regular(LEAST), ground) {
+                return true;
+            }
+            if poor && attempt(cells, change(), Want::Better(GAIN), ground) {
+                return true;
+            }
+        }
+    }
+    false
+}
+
+/// Parts a node with many quads in two.
+fn open(cells: &mut Cells, node: u32, ground: &dyn Ground) -> bool {
+    let held = cells.held[node as usize];
+    for fan in fans(cells, node) {
+        let n = fan.len();
+        if fan.iter().any(|&c| !cells.is_quad(c)) {
+            continue;
+        }
+        // On a boundary the first and the last edge stay at the node.
+        let starts = if held { 1..n } else { 0..n };
+        for taken in OPENED {
+            if n < taken + 2 {
+                continue;
+            }
+            for i in starts.clone() {
+                if held && i + taken >= n {
+                    break;
+                }
+                let range: Vec<u32> = (0..taken).map(|d| fan[(i + d) % n]).collect();
+                if opened(cells, node, &range, ground) {
+                    return true;
+                }
+            }
+        }
+    }
+    false
+}
+
+/// Gives these neighbouring cells of a node, in their order round it, to a new node, with a quad between the two.
+fn opened(cells: &mut Cells, node: u32, range: &[u32], ground: &dyn Ground) -> bool {
+    let beside = |cell: Option<&u32>, ahead: usize| {
+        let ring = cells.ring(*cell?);
+        let k = ring.iter().position(|&n| n == node)?;
+        Some(ring[(k + ahead) % 4])
+    };
+    let (Some(right), Some(left)) = (beside(range.first(), 1), beside(range.last(), 3)) else {
+        return false;
+    };
+    if !(is_odd(cells, right) || is_odd(cells, left)) {
+        return false;
+    }
+    let far = |c: &u32| beside(Some(c), 2).map(|n| cells.points[n as usize]);
+    let home = cells.points[node as usize];
+    let mean = range.iter().filter_map(far).sum::<glam::DVec3>() / range.len() as f64;
+    // Half an edge towards the cells that it gets.
+    let new = cells.add_node(ground.foot(home.lerp(mean, 0.35)));
+    let mut change = Change {
+        gone: range.iter().copied().collect(),
+        added: 1,
+        ..Change::default()
+    };
+    for &c in range {
+        let swap = |&n: &u32| if n == node { new } else { n };
+        change.new.push(cells.ring(c).iter().map(swap).collect());
+    }
+    change.new.push(smallvec![node, right, new, left]);
+    attempt(cells, change, Want::Regular(LEAST), ground)
+}
