@@ -1,7 +1,8 @@
 //! A cross field over a patch: at every place four directions at right angles, one of them along the boundary where there is one near.
 //!
 //! Smoothest field of fourth powers (Knöppel, Crane, Pinkall & Schröder 2013, "Globally optimal direction fields", doi:10.1145/2461912.2462005)
-//! with the boundary's directions held: the angle to a frame of each corner, times four, as a complex number; one sparse solve.
+//! with the boundary's directions held: the angle to a frame of each corner, times four, as a complex number; one sparse solve. Where the patch bends one way more than the
+//! other, the field is drawn along the bend, so that quads there are not warped.
 //!
 //! **Guarantees.** A direction everywhere, in the plane of the old triangle there; the same for a patch moved or scaled, but for rounding.
 //! **Limits.** Singular places lie where the solution vanishes; between them and the corners around the direction may turn fast. A closed patch without an edge to
@@ -11,10 +12,17 @@
 use super::surface::{Spot, Surface};
 use crate::model::patch::Patch;
 use crate::solve::SpdSolver;
-use glam::{DVec2, DVec3};
+use glam::{DMat2, DVec2, DVec3};
 
 /// Weights of sides are cotangents; beside flat triangles these are held to this range, so that the system stays definite and well conditioned.
 const WEIGHTS: [f64; 2] = [0.05, 20.0];
+
+/// A triangle whose normal turns by less than this, rad, over its longest side does not say which way the patch bends: five degrees.
+const LEAST_TURN: f64 = 5.0 * std::f64::consts::PI / 180.0;
+/// Nor does one that bends the other way by more than this share.
+const ONE_WAY: f64 = 0.5;
+/// Weight of a bend against that of a side, which is one in a good mesh.
+const DRAWN: f64 = 1.0;
 
 /// Directions at the corners of a patch.
 pub(super) struct Cross {
@@ -52,7 +60,8 @@ impl Cross {
         let held: Vec<Option<DVec2>> = (held.into_iter())
             .map(|h| (h.length() > 0.1).then(|| h.normalize()))
             .collect();
-        let powers = smoothest(patch, &held, &power)?;
+        let bends = bends(surface, &power);
+        let powers = smoothest(patch, &held, &bends, &power)?;
         Some(Self { frames, powers })
     }
 
@@ -81,10 +90,48 @@ fn fourth(way: DVec2) -> DVec2 {
     square.rotate(square)
 }
 
-/// Fourth powers at the corners that differ least along the sides of triangles.
+/// For each corner the sum of the directions in which the triangles there bend, as fourth powers with weights, and the sum of these.
+fn bends(surface: &Surface, power: &dyn Fn(u32, DVec3) -> DVec2) -> Vec<(DVec2, f64)> {
+    let patch = surface.patch;
+    let normals: Vec<DVec3> = (surface.normals.iter())
+        .map(|n| n.normalize_or_zero())
+        .collect();
+    let mut sums = vec![(DVec2::ZERO, 0.0); patch.nodes.len()];
+    for (i, t) in patch.triangles.iter().enumerate() {
+        let [p, q, r] = patch.triangle_points(i);
+        let (x, y) = surface.flat_normal(i as u32).any_orthonormal_pair();
+        let flat = |v: DVec3| DVec2::new(v.dot(x), v.dot(y));
+        // How the normal changes over the triangle, as a linear map.
+        let sides = DMat2::from_cols(flat(q - p), flat(r - p));
+        let [a, b, c] = t.map(|c| normals[c as usize]);
+        let change = DMat2::from_cols(flat(b - a), flat(c - a)) * sides.inverse();
+        let (xx, yy) = (change.x_axis.x, change.y_axis.y);
+        let xy = (change.x_axis.y + change.y_axis.x) / 2.0;
+        let (mean, spread) = ((xx + yy) / 2.0, ((xx - yy) / 2.0).hypot(xy));
+        let [most, least] = [mean.abs() + spread, (mean.abs() - spread).abs()];
+        let length = p.distance(q).max(q.distance(r)).max(r.distance(p));
+        let turn = most * length;
+        if !(turn.is_finite() && turn > LEAST_TURN && least < ONE_WAY * most) {
+            continue;
+        }
+        // The axis of the greater of the two, if the mean is positive; of the other one, at right angles, if not: the same cross.
+        let angle = xy.atan2((xx - yy) / 2.0) / 2.0;
+        let way = x * angle.cos() + y * angle.sin();
+        let weight = DRAWN * (turn / LEAST_TURN - 1.0).min(1.0);
+        for &c in t {
+            let (sum, total) = &mut sums[c as usize];
+            *sum += power(c, way) * weight;
+            *total += weight;
+        }
+    }
+    sums
+}
+
+/// Fourth powers at the corners that differ least along the sides of triangles, and from what draws them.
 fn smoothest(
     patch: &Patch,
     held: &[Option<DVec2>],
+    drawn: &[(DVec2, f64)],
     power: &dyn Fn(u32, DVec3) -> DVec2,
 ) -> Option<Vec<DVec2>> {
     let mut place = vec![u32::MAX; held.len()];
@@ -134,6 +181,14 @@ fn smoothest(
                     }
                 }
             }
+        }
+    }
+    for (c, &(sum, weight)) in drawn.iter().enumerate() {
+        let row = place[c];
+        if row != u32::MAX {
+            right[2 * row as usize] += sum.x;
+            right[2 * row as usize + 1] += sum.y;
+            triplets.extend([0, 1].map(|i| (2 * row + i, 2 * row + i, weight)));
         }
     }
     let solved = SpdSolver::factor(2 * free as usize, &triplets)

@@ -1,5 +1,6 @@
 //! One sheet as cells of three or four nodes that may be exchanged for others, a few at a time, and put back.
 
+use crate::spatial::Hint;
 use glam::DVec3;
 use smallvec::SmallVec;
 
@@ -10,8 +11,19 @@ pub(super) type Few = SmallVec<[u32; 8]>;
 
 /// The surface that nodes stay on.
 pub(super) trait Ground: Sync {
-    /// The point of the surface nearest to `p`, and the unit normal there.
-    fn foot(&self, p: DVec3) -> Place;
+    /// The point of the surface nearest to `p`.
+    /// `near` is a place not far from it, where there is one: the answer comes sooner.
+    fn foot(&self, p: DVec3, near: Option<Hint>) -> Place;
+}
+
+/// A place on the ground.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Place {
+    pub point: DVec3,
+    /// Unit normal of the ground.
+    pub normal: DVec3,
+    /// Where the ground keeps it.
+    pub hint: Option<Hint>,
 }
 
 /// Cells of one sheet. Dead cells keep their number.
@@ -21,8 +33,13 @@ pub(super) struct Cells {
     pub points: Vec<DVec3>,
     /// #N unit normals of the ground there.
     pub normals: Vec<DVec3>,
+    hints: Vec<Option<Hint>>,
     /// #N nodes that neither move nor vanish.
     pub held: Vec<bool>,
+    /// #N how many cells there should be at each node.
+    ideal: Vec<u8>,
+    /// #N nodes at which something has changed since it was last asked for.
+    fresh: Vec<bool>,
     /// #C rings, wound one way.
     pub rings: Vec<Ring>,
     /// #C whether the cell is there.
@@ -42,34 +59,119 @@ pub(super) struct Undo {
     places: SmallVec<[(u32, Place); 16]>,
 }
 
-/// A position and the normal of the ground there.
-pub(super) type Place = (DVec3, DVec3);
+/// Cells inside a sheet at a node.
+const INSIDE: u8 = 4;
 
 impl Cells {
     /// Cells at these places.
     pub(super) fn new(
-        points: Vec<DVec3>,
-        normals: Vec<DVec3>,
+        places: Vec<Place>,
         held: Vec<bool>,
         rings: Vec<Ring>,
         kept: Vec<[u32; 2]>,
     ) -> Self {
-        let mut stars = vec![Few::new(); points.len()];
+        let mut stars = vec![Few::new(); places.len()];
         for (i, ring) in rings.iter().enumerate() {
             for &n in ring {
                 stars[n as usize].push(i as u32);
             }
         }
         let lives = vec![true; rings.len()];
-        Self {
-            points,
-            normals,
+        let mut cells = Self {
+            points: places.iter().map(|p| p.point).collect(),
+            normals: places.iter().map(|p| p.normal).collect(),
+            hints: places.iter().map(|p| p.hint).collect(),
+            ideal: vec![INSIDE; held.len()],
+            fresh: vec![true; held.len()],
             held,
             rings,
             lives,
             stars,
             kept,
+        };
+        for n in 0..places.len() as u32 {
+            if cells.held[n as usize] {
+                cells.ideal[n as usize] = cells.right_angles(n);
+            }
         }
+        cells
+    }
+
+    /// Right angles at a held node between its kept edges, one at the least between two.
+    fn right_angles(&self, node: u32) -> u8 {
+        let right = |fan: &Few| {
+            let angle: f64 = fan.iter().map(|&c| self.angle(c, node)).sum();
+            (angle / std::f64::consts::FRAC_PI_2).round().max(1.0)
+        };
+        self.fans(node).iter().map(right).sum::<f64>() as u8
+    }
+
+    /// How far a node is from having as many cells as there should be at it, squared: four inside a sheet, one a right angle between kept edges.
+    pub(super) fn irregularity(&self, node: u32) -> i64 {
+        self.irregularity_with(node, 0)
+    }
+
+    /// The same with so many cells more.
+    pub(super) fn irregularity_with(&self, node: u32, more: i64) -> i64 {
+        let count = self.star(node).len() as i64 + more;
+        if count == 0 && !self.held[node as usize] {
+            return 0;
+        }
+        (count - i64::from(self.ideal[node as usize])).pow(2)
+    }
+
+    /// Nodes at which something has changed since this was last asked: all of them at first.
+    pub(super) fn take_fresh(&mut self) -> Vec<bool> {
+        let none = vec![false; self.points.len()];
+        std::mem::replace(&mut self.fresh, none)
+    }
+
+    /// Marks a node as changed.
+    pub(super) fn refresh(&mut self, node: u32) {
+        self.fresh[node as usize] = true;
+    }
+
+    /// The cells at a node that hang together round it, each fan in the order of its cells, the first node on the right.
+    pub(super) fn fans(&self, node: u32) -> SmallVec<[Few; 2]> {
+        let star = self.star(node);
+        let mut left: Few = star.clone();
+        left.sort_unstable();
+        let mut all = SmallVec::new();
+        // The next cell over the edge that comes in, or goes out.
+        let beside = |c: u32, incoming: bool| {
+            let ring = self.ring(c);
+            let k = ring.iter().position(|&n| n == node)?;
+            let edge = if incoming { (k + ring.len() - 1) % ring.len() } else { k };
+            self.across(c, edge)
+        };
+        while let Some(&first) = left.first() {
+            let mut start = first;
+            for _ in 0..star.len() {
+                match beside(start, false) {
+                    Some(c) if c != first => start = c,
+                    _ => break,
+                }
+            }
+            let mut fan: Few = SmallVec::new();
+            let mut at = Some(start);
+            while let Some(c) = at.filter(|c| !fan.contains(c)) {
+                fan.push(c);
+                at = beside(c, true);
+            }
+            left.retain(|c| !fan.contains(c));
+            all.push(fan);
+        }
+        all
+    }
+
+    /// The angle of a cell at one of its nodes, rad.
+    fn angle(&self, cell: u32, node: u32) -> f64 {
+        let ring = self.ring(cell);
+        let Some(k) = ring.iter().position(|&n| n == node) else {
+            return 0.0;
+        };
+        let at = |i: usize| self.points[ring[i % ring.len()] as usize];
+        (at(k + 1) - at(k)).angle_between(at(k + ring.len() - 1) - at(k))
     }
 
     /// Numbers of the living cells.
@@ -156,9 +258,12 @@ impl Cells {
     }
 
     /// A free node more, without cells.
-    pub(super) fn add_node(&mut self, (point, normal): Place) -> u32 {
-        self.points.push(point);
-        self.normals.push(normal);
+    pub(super) fn add_node(&mut self, place: Place) -> u32 {
+        self.points.push(place.point);
+        self.normals.push(place.normal);
+        self.hints.push(place.hint);
+        self.ideal.push(INSIDE);
+        self.fresh.push(true);
         self.held.push(false);
         self.stars.push(Few::new());
         self.points.len() as u32 - 1
@@ -166,10 +271,7 @@ impl Cells {
 
     /// Takes the last node away, which has no cells.
     pub(super) fn drop_node(&mut self) {
-        self.points.pop();
-        self.normals.pop();
-        self.held.pop();
-        self.stars.pop();
+        self.shorten(self.points.len() - 1);
     }
 
     /// Keeps the place of a node, so that `undo` can move it back.
@@ -179,13 +281,28 @@ impl Cells {
 
     /// Where a node is.
     pub(super) fn place(&self, node: u32) -> Place {
-        (self.points[node as usize], self.normals[node as usize])
+        Place {
+            point: self.points[node as usize],
+            normal: self.normals[node as usize],
+            hint: self.hints[node as usize],
+        }
     }
 
     /// Moves a node.
-    pub(super) fn put(&mut self, node: u32, (point, normal): Place) {
-        self.points[node as usize] = point;
-        self.normals[node as usize] = normal;
+    pub(super) fn put(&mut self, node: u32, place: Place) {
+        self.points[node as usize] = place.point;
+        self.normals[node as usize] = place.normal;
+        self.hints[node as usize] = place.hint;
+    }
+
+    fn shorten(&mut self, count: usize) {
+        self.points.truncate(count);
+        self.normals.truncate(count);
+        self.hints.truncate(count);
+        self.held.truncate(count);
+        self.ideal.truncate(count);
+        self.fresh.truncate(count);
+        self.stars.truncate(count);
     }
 
     /// As before the exchange; `nodes` were added just before it.
@@ -206,11 +323,7 @@ impl Cells {
                 self.stars[n as usize].push(c);
             }
         }
-        let count = undo.counts[1] - nodes;
-        self.points.truncate(count);
-        self.normals.truncate(count);
-        self.held.truncate(count);
-        self.stars.truncate(count);
+        self.shorten(undo.counts[1] - nodes);
     }
 
     fn drop_cell(&mut self, cell: u32) {
@@ -293,17 +406,21 @@ mod tests {
     #[test]
     fn what_is_exchanged_can_be_taken_back() {
         // Two squares side by side.
-        let points = (0..6).map(|i| DVec3::new(f64::from(i % 3), f64::from(i / 3), 0.0));
+        let place = |point| Place {
+            point,
+            normal: DVec3::Z,
+            hint: None,
+        };
+        let points = (0..6).map(|i| place(DVec3::new(f64::from(i % 3), f64::from(i / 3), 0.0)));
         let rings: Vec<Ring> = vec![smallvec![0, 1, 4, 3], smallvec![1, 2, 5, 4]];
-        let up = vec![DVec3::Z; 6];
-        let mut cells = Cells::new(points.collect(), up, vec![false; 6], rings, vec![[0, 1]]);
+        let mut cells = Cells::new(points.collect(), vec![false; 6], rings, vec![[0, 1]]);
         assert_eq!(cells.across(0, 0), None);
         assert_eq!(cells.across(0, 1), Some(1));
         let before = format!("{cells:?}");
-        let node = cells.add_node((DVec3::splat(0.5), DVec3::Z));
+        let node = cells.add_node(place(DVec3::splat(0.5)));
         let mut undo = cells.exchange(&[0], &[smallvec![0, 1, node], smallvec![1, 4, 3, node]]);
         cells.remember(&mut undo, 4);
-        cells.put(4, (DVec3::ZERO, DVec3::Y));
+        cells.put(4, place(DVec3::Y));
         assert_eq!(cells.living().collect::<Vec<_>>(), [1, 2, 3]);
         assert!(cells.joined(node, 3) && !cells.joined(node, 4));
         assert_eq!(cells.neighbours(node).as_slice(), [0, 1, 3]);

@@ -44,10 +44,9 @@ pub(super) enum Want {
 /// Makes a change and keeps it if it does what is wanted.
 pub(super) fn attempt(cells: &mut Cells, change: Change, want: Want, ground: &dyn Ground) -> bool {
     let nodes = change.nodes(cells);
-    let cost = |cells: &Cells| nodes.iter().map(|&n| irregularity(cells, n)).sum::<i64>();
+    let cost = |cells: &Cells| nodes.iter().map(|&n| cells.irregularity(n)).sum::<i64>();
     let gaps: SmallVec<[i64; 16]> = nodes.iter().map(|&n| gap(cells, n)).collect();
-    let around = around(cells, &nodes);
-    let (cost_before, worst_before) = (cost(cells), cells.worst(&around));
+    let (cost_before, worst_before) = (cost(cells), worst_round(cells, &nodes));
     let mut undo = cells.exchange(&change.gone, &change.new);
     let sound = nodes.iter().zip(&gaps).all(|(&n, &old)| is_sound(cells, n, old));
     let fits = match want {
@@ -69,7 +68,9 @@ pub(super) fn attempt(cells: &mut Cells, change: Change, want: Want, ground: &dy
         Want::Regular(least) | Want::Sound(least) => worst >= least.min(worst_before),
         Want::Better(gain) => worst > worst_before + gain,
     };
-    if !kept {
+    if kept {
+        nodes.iter().for_each(|&n| cells.refresh(n));
+    } else {
         cells.take_back(undo, change.added);
     }
     kept
@@ -146,65 +147,4 @@ fn is_sound(cells: &Cells, node: u32, gap_before: i64) -> bool {
     }
     ways.sort_unstable();
     ways.windows(2).all(|w| w[0] != w[1])
-}
-
-/// How far a node is from having as many cells as there should be at it, squared: four inside a sheet, one a right angle between kept edges.
-pub(super) fn irregularity(cells: &Cells, node: u32) -> i64 {
-    let star = cells.star(node);
-    if star.is_empty() {
-        return 0;
-    }
-    if !cells.held[node as usize] {
-        return (star.len() as i64 - 4).pow(2);
-    }
-    (fans(cells, node).iter())
-        .map(|fan| {
-            let angle: f64 = fan.iter().map(|&c| angle(cells, c, node)).sum();
-            let ideal = (angle / std::f64::consts::FRAC_PI_2).round().max(1.0) as i64;
-            (fan.len() as i64 - ideal).pow(2)
-        })
-        .sum()
-}
-
-/// The cells at a node that hang together round it, each fan in the order of its cells, the first node on the right.
-pub(super) fn fans(cells: &Cells, node: u32) -> SmallVec<[Few; 2]> {
-    let star = cells.star(node);
-    let mut left: Few = star.clone();
-    left.sort_unstable();
-    let mut all = SmallVec::new();
-    // The next cell over the edge that comes in, or goes out.
-    let beside = |c: u32, incoming: bool| {
-        let ring = cells.ring(c);
-        let k = ring.iter().position(|&n| n == node)?;
-        let edge = if incoming { (k + ring.len() - 1) % ring.len() } else { k };
-        cells.across(c, edge)
-    };
-    while let Some(&first) = left.first() {
-        let mut start = first;
-        for _ in 0..star.len() {
-            match beside(start, false) {
-                Some(c) if c != first => start = c,
-                _ => break,
-            }
-        }
-        let mut fan: Few = SmallVec::new();
-        let mut at = Some(start);
-        while let Some(c) = at.filter(|c| !fan.contains(c)) {
-            fan.push(c);
-            at = beside(c, true);
-        }
-        left.retain(|c| !fan.contains(c));
-        all.push(fan);
-    }
-    all
-}
-
-/// The angle of a cell at one of its nodes, rad.
-fn angle(cells: &Cells, cell: u32, node: u32) -> f64 {
-    let ring = cells.ring(cell);
-    let Some(k) = ring.iter().position(|&n| n == node) else {
-        return 0.0;
-    };
-    let at = |i: usize| cells.points[ring[i % ring.len()] as usize];
-    (at(k + 1) - at(k)).angle_between(at(k + ring.len() - 1) - at(k))
 }

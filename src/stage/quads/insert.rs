@@ -85,7 +85,7 @@ fn row(cells: &mut Cells, way: &[(u32, usize)], ground: &dyn Ground) -> Option<C
     let first = cells.points.len() as u32;
     for &(a, b) in &middles {
         let middle = (cells.points[a as usize] + cells.points[b as usize]) / 2.0;
-        cells.add_node(ground.foot(middle));
+        cells.add_node(ground.foot(middle, cells.place(a).hint));
         change.added += 1;
     }
     for (i, &(cell, _)) in way.iter().enumerate() {

@@ -10,7 +10,7 @@ use crate::geom::placer::Placer;
 use crate::geom::quality::quad_quality;
 use crate::model::complex::{MidComplex, MidEdge, Support};
 use crate::model::ids::{IndexVec, NodeId, TriangleId, WallId};
-use crate::spatial::TriangleBvh;
+use crate::spatial::{Hint, TriangleBvh};
 use glam::DVec3;
 use std::collections::BTreeSet;
 
@@ -121,9 +121,11 @@ impl Sheet {
             clean_up(&mut cells, ground);
             smooth(&mut cells, ground, Effort::Brief);
         }
-        smooth(&mut cells, ground, Effort::Whole);
-        let sound = cells.living().all(|c| cells.quality(c) > 0.0);
-        sound.then_some(cells)
+        let sound = |cells: &Cells| cells.living().all(|c| cells.quality(c) > 0.0);
+        if !sound(&cells) {
+            smooth(&mut cells, ground, Effort::Whole);
+        }
+        sound(&cells).then_some(cells)
     }
 
     /// Triangles paired into as many quads as can be.
@@ -132,9 +134,12 @@ impl Sheet {
             .map(|t| t.iter().copied().collect())
             .collect();
         let held = (0..self.points.len()).map(|n| n < self.held).collect();
-        let normals = self.points.iter().map(|&p| ground.foot(p).1).collect();
-        let points = self.points.clone();
-        let mut cells = Cells::new(points, normals, held, rings, self.kept.clone());
+        let place = |&point: &DVec3| Place {
+            point,
+            ..ground.foot(point, None)
+        };
+        let places = self.points.iter().map(place).collect();
+        let mut cells = Cells::new(places, held, rings, self.kept.clone());
         let mut edges = Vec::new();
         let mut rings: Vec<(u32, u32, Ring)> = Vec::new();
         for cell in 0..self.triangles.len() as u32 {
@@ -181,7 +186,8 @@ impl Sheet {
             }
             let star = cells.star(n).clone();
             let near = cells.neighbours(n);
-            let (here, normal) = cells.place(n);
+            let place = cells.place(n);
+            let here = place.point;
             let reach = (near.iter())
                 .map(|&m| here.distance(cells.points[m as usize]))
                 .sum::<f64>()
@@ -191,9 +197,10 @@ impl Sheet {
             if !(placed.is_finite() && placed.distance(here) < NEAR * reach) {
                 continue;
             }
-            cells.put(n, (placed, normal));
+            let point = placed;
+            cells.put(n, Place { point, ..place });
             if cells.worst(&star) < before.min(USABLE) {
-                cells.put(n, (here, normal));
+                cells.put(n, place);
             }
         }
     }
@@ -242,7 +249,7 @@ pub(super) struct Facets {
     bvh: TriangleBvh,
     normals: Vec<DVec3>,
     /// A point and the normal, where all of them lie in one plane.
-    plane: Option<Place>,
+    plane: Option<(DVec3, DVec3)>,
 }
 
 /// Flat to rounding, as a share of the sheet's size.
@@ -265,13 +272,25 @@ impl Facets {
 }
 
 impl Ground for Facets {
-    fn foot(&self, p: DVec3) -> Place {
+    fn foot(&self, p: DVec3, near: Option<Hint>) -> Place {
         if let Some((origin, normal)) = self.plane {
-            return (p - normal * (p - origin).dot(normal), normal);
+            return Place {
+                point: p - normal * (p - origin).dot(normal),
+                normal,
+                hint: None,
+            };
         }
-        match self.bvh.nearest(p) {
-            Some(near) => (near.point, self.normals[near.index]),
-            None => (p, DVec3::Z),
+        match self.bvh.nearest_from(p, near) {
+            Some(found) => Place {
+                point: found.point,
+                normal: self.normals[found.index],
+                hint: Some(found.hint),
+            },
+            None => Place {
+                point: p,
+                normal: DVec3::Z,
+                hint: None,
+            },
         }
     }
 }

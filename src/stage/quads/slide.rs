@@ -3,7 +3,7 @@
 //! On a narrow strip nothing else can bring the nodes of one side opposite to those of the other. Nodes between corners slide by less than half of the way to their
 //! neighbours; all cells at a node, of every sheet, have to be as good as before, or good enough.
 
-use super::cells::Cells;
+use super::cells::{Cells, Place};
 use super::sheet::Sheet;
 use super::smooth::{GOOD, wanted};
 use crate::geom::placer::Placer;
@@ -117,8 +117,8 @@ impl Slider {
         let mut put = |all: &mut [Option<Cells>], p: DVec3| {
             for &(sheet, local) in &self.at {
                 if let Some(cells) = &mut all[sheet] {
-                    let (_, normal) = cells.place(local);
-                    cells.put(local, (p, normal));
+                    let place = cells.place(local);
+                    cells.put(local, Place { point: p, ..place });
                 }
             }
             complex.nodes[self.node].point = p;

@@ -89,7 +89,10 @@ fn mean_edge(cells: &Cells, node: u32) -> f64 {
 pub(super) fn settle(cells: &mut Cells, node: u32, square: bool, ground: &dyn Ground) -> bool {
     let star: Few = cells.star(node).clone();
     match wanted(cells, node, square) {
-        Some((sum, total)) => try_move(cells, node, ground.foot(sum / total), &star),
+        Some((sum, total)) => {
+            let target = ground.foot(sum / total, cells.place(node).hint);
+            try_move(cells, node, target, &star)
+        }
         None => false,
     }
 }
@@ -124,7 +127,7 @@ fn try_move(cells: &mut Cells, node: u32, target: Place, star: &[u32]) -> bool {
     let old = cells.place(node);
     cells.put(node, target);
     let after = cells.worst(star);
-    let fine = target.0.is_finite() && (after >= before || after >= GOOD);
+    let fine = target.point.is_finite() && (after >= before || after >= GOOD);
     if !fine {
         cells.put(node, old);
     }
@@ -172,7 +175,8 @@ pub(super) fn search(cells: &mut Cells, node: u32, ground: &dyn Ground) {
         return;
     }
     let neighbours = cells.neighbours(node);
-    let (home, normal) = cells.place(node);
+    let mut place = cells.place(node);
+    let (home, normal) = (place.point, place.normal);
     let mean = mean_edge(cells, node);
     // Directions from the mesh itself, so that a part that is turned comes out the same.
     let Some(x) = (neighbours.iter())
@@ -182,12 +186,11 @@ pub(super) fn search(cells: &mut Cells, node: u32, ground: &dyn Ground) {
         return;
     };
     let y = normal.cross(x);
-    let mut place = (home, normal);
     for share in STEPS {
-        let from = place.0;
+        let from = place.point;
         for i in 0..8 {
             let (sin, cos) = (TAU * f64::from(i) / 8.0).sin_cos();
-            let to = ground.foot(from + (x * cos + y * sin) * share * mean);
+            let to = ground.foot(from + (x * cos + y * sin) * share * mean, place.hint);
             cells.put(node, to);
             let now = cells.worst(&star);
             // A gain below rounding would make the choice depend on the part's position.

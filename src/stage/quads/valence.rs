@@ -5,7 +5,7 @@
 //! so that the sweeps end.
 
 use super::cells::{Cells, Ground, Ring};
-use super::change::{Change, Want, attempt, fans, irregularity};
+use super::change::{Change, Want, attempt};
 use smallvec::smallvec;
 
 /// Sweeps over all cells; most gain comes with the first two.
@@ -22,16 +22,21 @@ const OPENED: [usize; 2] = [3, 2];
 /// Sweeps until nothing pays any more.
 pub(super) fn clean_up(cells: &mut Cells, ground: &dyn Ground) {
     for _ in 0..SWEEPS {
-        let mut changed = 0;
-        for node in 0..cells.points.len() as u32 {
-            if irregularity(cells, node) > 0 {
-                changed += usize::from(open(cells, node, ground));
+        // What was tried in vain is not tried again until something near it has changed.
+        let fresh = cells.take_fresh();
+        let is_fresh = |n: &u32| fresh.get(*n as usize).copied().unwrap_or(true);
+        let mut changed = false;
+        for node in 0..fresh.len() as u32 {
+            if is_fresh(&node) && is_odd(cells, node) {
+                changed |= open(cells, node, ground);
             }
         }
         for cell in 0..cells.rings.len() as u32 {
-            changed += usize::from(collapse(cells, cell, ground) || turn(cells, cell, ground));
+            if cells.lives[cell as usize] && cells.ring(cell).iter().any(is_fresh) {
+                changed |= collapse(cells, cell, ground) || turn(cells, cell, ground);
+            }
         }
-        if changed == 0 {
+        if !changed {
             return;
         }
     }
@@ -39,7 +44,14 @@ pub(super) fn clean_up(cells: &mut Cells, ground: &dyn Ground) {
 
 /// Whether a node has fewer or more cells than it should.
 fn is_odd(cells: &Cells, node: u32) -> bool {
-    irregularity(cells, node) > 0
+    cells.irregularity(node) > 0
+}
+
+/// By how much nodes come nearer to the cells that they should have, where their numbers change by so many.
+fn gain(cells: &Cells, changes: &[(u32, i64)]) -> i64 {
+    (changes.iter())
+        .map(|&(n, more)| cells.irregularity(n) - cells.irregularity_with(n, more))
+        .sum()
 }
 
 /// Makes one node of two opposite ones of a quad.
@@ -50,7 +62,11 @@ fn collapse(cells: &mut Cells, cell: u32, ground: &dyn Ground) -> bool {
     for k in 0..4 {
         let ring = cells.ring(cell);
         let (a, c) = (ring[k], ring[(k + 2) % 4]);
-        if cells.held[a as usize] || !ring.iter().any(|&n| is_odd(cells, n)) {
+        let (b, d) = (ring[(k + 1) % 4], ring[(k + 3) % 4]);
+        // One node has the cells of both, less the one between them.
+        let more = cells.star(a).len() as i64 - 2;
+        let gain = gain(cells, &[(b, -1), (d, -1), (c, more)]) + cells.irregularity(a);
+        if cells.held[a as usize] || gain <= 0 {
             continue;
         }
         if cells.star(a).iter().any(|&o| o != cell && cells.ring(o).contains(&c)) {
@@ -69,7 +85,7 @@ fn collapse(cells: &mut Cells, cell: u32, ground: &dyn Ground) -> bool {
         }
         if !cells.held[c as usize] {
             let middle = (cells.points[a as usize] + cells.points[c as usize]) / 2.0;
-            change.moved.push((c, ground.foot(middle)));
+            change.moved.push((c, ground.foot(middle, cells.place(c).hint)));
         }
         if attempt(cells, change, Want::Regular(LEAST), ground) {
             return true;
@@ -94,7 +110,6 @@ fn turn(cells: &mut Cells, cell: u32, ground: &dyn Ground) -> bool {
         };
         let around = cells.ring(other);
         let [r, s] = [2, 3].map(|i| around[(j + i) % 4]);
-        let odd = [u, v, p, q, r, s].iter().any(|&n| is_odd(cells, n));
         let poor = cells.worst(&[cell, other]) < POOR;
         let ways: [([u32; 2], [Ring; 2]); 2] = [
             ([p, r], [smallvec![p, q, u, r], smallvec![r, s, v, p]]),
@@ -109,10 +124,11 @@ fn turn(cells: &mut Cells, cell: u32, ground: &dyn Ground) -> bool {
                 new: new.iter().cloned().collect(),
                 ..Change::default()
             };
-            if odd && attempt(cells, change(), Want::Regular(LEAST), ground) {
+            let gain = gain(cells, &[(u, -1), (v, -1), (a, 1), (b, 1)]);
+            if gain > 0 && attempt(cells, change(), Want::Regular(LEAST), ground) {
                 return true;
             }
-            if poor && attempt(cells, change(), Want::Better(GAIN), ground) {
+            if poor && gain >= 0 && attempt(cells, change(), Want::Better(GAIN), ground) {
                 return true;
             }
         }
@@ -123,7 +139,7 @@ fn turn(cells: &mut Cells, cell: u32, ground: &dyn Ground) -> bool {
 /// Parts a node with many quads in two.
 fn open(cells: &mut Cells, node: u32, ground: &dyn Ground) -> bool {
     let held = cells.held[node as usize];
-    for fan in fans(cells, node) {
+    for fan in cells.fans(node) {
         let n = fan.len();
         if fan.iter().any(|&c| !cells.is_quad(c)) {
             continue;
@@ -158,14 +174,16 @@ fn opened(cells: &mut Cells, node: u32, range: &[u32], ground: &dyn Ground) -> b
     let (Some(right), Some(left)) = (beside(range.first(), 1), beside(range.last(), 3)) else {
         return false;
     };
-    if !(is_odd(cells, right) || is_odd(cells, left)) {
+    let taken = range.len() as i64;
+    let new_node = (taken + 1 - 4).pow(2);
+    if gain(cells, &[(right, 1), (left, 1), (node, 1 - taken)]) <= new_node {
         return false;
     }
     let far = |c: &u32| beside(Some(c), 2).map(|n| cells.points[n as usize]);
     let home = cells.points[node as usize];
     let mean = range.iter().filter_map(far).sum::<glam::DVec3>() / range.len() as f64;
     // Half an edge towards the cells that it gets.
-    let new = cells.add_node(ground.foot(home.lerp(mean, 0.35)));
+    let new = cells.add_node(ground.foot(home.lerp(mean, 0.35), cells.place(node).hint));
     let mut change = Change {
         gone: range.iter().copied().collect(),
         added: 1,
