@@ -46,6 +46,8 @@ pub(super) struct Cells {
     pub lives: Vec<bool>,
     /// #N living cells at each node.
     pub stars: Vec<Few>,
+    /// The sheets of the held nodes, which come first.
+    pub owners: Vec<SmallVec<[u32; 3]>>,
     /// Edges that no change may take away, lower end first, sorted.
     pub kept: Vec<[u32; 2]>,
 }
@@ -88,6 +90,7 @@ impl Cells {
             lives,
             stars,
             kept,
+            owners: Vec::new(),
         };
         for n in 0..places.len() as u32 {
             if cells.held[n as usize] {
@@ -236,6 +239,14 @@ impl Cells {
             .any(|&c| self.side(c, a, b).is_some() || self.side(c, b, a).is_some())
     }
 
+    /// Whether a new edge may join two nodes: not where both are in another sheet too, which may have that edge.
+    pub(super) fn may_join(&self, a: u32, b: u32) -> bool {
+        match (self.owners.get(a as usize), self.owners.get(b as usize)) {
+            (Some(a), Some(b)) => a.iter().filter(|s| b.contains(s)).count() < 2,
+            _ => true,
+        }
+    }
+
     /// Takes cells away and puts others in their place.
     pub(super) fn exchange(&mut self, gone: &[u32], new: &[Ring]) -> Undo {
         let undo = Undo {
@@ -361,7 +372,11 @@ impl Cells {
     }
 }
 
-/// Scaled Jacobian of a triangle or quad, with the sign of its normal against `normal`.
+/// A quad that is warped by more than sixty degrees is as bad as one that is: worth something, since it is not turned over.
+const MOST_WARPED: f64 = 0.5;
+
+/// Scaled Jacobian of a triangle or quad, of a quad times its warpage (the cube of the lesser cosine between opposite corner normals, as Verdict has it), with the sign of
+/// its normal against `normal`.
 pub(super) fn quality(p: &[DVec3], normal: DVec3) -> f64 {
     let n = p.len();
     let edge = |k: usize| p[(k + 1) % n] - p[k % n];
@@ -379,7 +394,13 @@ pub(super) fn quality(p: &[DVec3], normal: DVec3) -> f64 {
         }
     };
     let least = (0..n).map(share).fold(f64::INFINITY, f64::min);
-    let scale = if n == 3 { 2.0 / 3f64.sqrt() } else { 1.0 };
+    let scale = if n == 3 {
+        2.0 / 3f64.sqrt()
+    } else {
+        let unit = |k: usize| corner(k).normalize_or_zero();
+        let flat = unit(0).dot(unit(2)).min(unit(1).dot(unit(3)));
+        flat.max(MOST_WARPED).powi(3)
+    };
     if own.dot(normal) > 0.0 {
         least * scale
     } else {

@@ -44,6 +44,11 @@ pub(super) enum Want {
 /// Makes a change and keeps it if it does what is wanted.
 pub(super) fn attempt(cells: &mut Cells, change: Change, want: Want, ground: &dyn Ground) -> bool {
     let nodes = change.nodes(cells);
+    let edges = || (change.new.iter()).flat_map(|r| (0..r.len()).map(|k| (r[k], r[(k + 1) % r.len()])));
+    if edges().any(|(a, b)| !cells.may_join(a, b) && !cells.joined(a, b)) {
+        (0..change.added).for_each(|_| cells.drop_node());
+        return false;
+    }
     let cost = |cells: &Cells| nodes.iter().map(|&n| cells.irregularity(n)).sum::<i64>();
     let gaps: SmallVec<[i64; 16]> = nodes.iter().map(|&n| gap(cells, n)).collect();
     let (cost_before, worst_before) = (cost(cells), worst_round(cells, &nodes));

@@ -30,7 +30,7 @@ use crate::model::disjoint::Disjoint;
 use crate::model::ids::{IndexVec, NodeId, TriangleId};
 use rayon::prelude::*;
 use cells::Cells;
-use sheet::{Facets, Made, Sheet, halved};
+use sheet::{Facets, Made, Owners, Sheet, halved};
 use slide::Curves;
 use smooth::{Effort, smooth};
 use std::collections::BTreeSet;
@@ -100,12 +100,16 @@ fn sheets(complex: &MidComplex) -> Vec<Sheet> {
         members[TriangleId(pieces.find(t.0))].push(t);
     }
     // A node that several sheets have stays, even where they only touch.
-    let mut owner: IndexVec<NodeId, Option<u32>> = IndexVec::filled(None, complex.nodes.len());
+    let mut owners: IndexVec<NodeId, Owners> =
+        IndexVec::filled(Owners::new(), complex.nodes.len());
     let mut held: IndexVec<NodeId, bool> = IndexVec::filled(false, complex.nodes.len());
     for (t, triangle) in complex.triangles.enumerated() {
         let piece = pieces.find(t.0);
         for n in triangle.nodes {
-            held[n] |= *owner[n].get_or_insert(piece) != piece;
+            if !owners[n].contains(&piece) {
+                owners[n].push(piece);
+            }
+            held[n] |= owners[n].len() > 1;
             let own = Support::Mid(triangle.wall);
             held[n] |= complex.nodes[n].supports.iter().any(|s| *s != own);
         }
@@ -118,7 +122,7 @@ fn sheets(complex: &MidComplex) -> Vec<Sheet> {
         held[*n] = true;
     }
     (members.iter().filter(|m| !m.is_empty()))
-        .map(|m| Sheet::new(complex, m, &held, &kept))
+        .map(|m| Sheet::new(complex, m, &held, &owners, &kept))
         .collect()
 }
 

@@ -12,6 +12,7 @@ use crate::model::complex::{MidComplex, MidEdge, Support};
 use crate::model::ids::{IndexVec, NodeId, TriangleId, WallId};
 use crate::spatial::{Hint, TriangleBvh};
 use glam::DVec3;
+use smallvec::SmallVec;
 use std::collections::BTreeSet;
 
 /// Rounds of pairing up single triangles and cleaning up: what one round left in the way the next may pass.
@@ -33,7 +34,12 @@ pub(super) struct Sheet {
     points: Vec<DVec3>,
     triangles: Vec<[u32; 3]>,
     kept: Vec<[u32; 2]>,
+    /// The sheets of the held nodes.
+    owners: Vec<Owners>,
 }
+
+/// The sheets that a node belongs to, by their first triangles.
+pub(super) type Owners = SmallVec<[u32; 3]>;
 
 /// A sheet of quads, as triangles.
 pub(super) struct Made {
@@ -56,6 +62,7 @@ impl Sheet {
         complex: &MidComplex,
         members: &[TriangleId],
         held: &IndexVec<NodeId, bool>,
+        owners: &IndexVec<NodeId, Owners>,
         kept: &BTreeSet<[NodeId; 2]>,
     ) -> Self {
         let corners = || members.iter().flat_map(|&t| complex.triangles[t].nodes);
@@ -86,6 +93,7 @@ impl Sheet {
             wall: complex.triangles[members[0]].wall,
             source: members.to_vec(),
             points: nodes.iter().map(|&n| complex.nodes[n].point).collect(),
+            owners: nodes[..count].iter().map(|&n| owners[n].clone()).collect(),
             nodes,
             held: count,
             triangles,
@@ -140,6 +148,7 @@ impl Sheet {
         };
         let places = self.points.iter().map(place).collect();
         let mut cells = Cells::new(places, held, rings, self.kept.clone());
+        cells.owners = self.owners.clone();
         let mut edges = Vec::new();
         let mut rings: Vec<(u32, u32, Ring)> = Vec::new();
         for cell in 0..self.triangles.len() as u32 {
@@ -226,7 +235,7 @@ pub(super) fn halved(cells: &Cells) -> Option<Made> {
         };
         let length = |a: u32, b: u32| cells.points[a as usize].distance(cells.points[b as usize]);
         let fits = |a: u32, b: u32| {
-            !cells.joined(a, b) && !diagonals.contains(&[a.min(b), a.max(b)])
+            cells.may_join(a, b) && !cells.joined(a, b) && !diagonals.contains(&[a.min(b), a.max(b)])
         };
         // Of two equal ones rounding must not decide.
         let first = length(p, r) <= length(q, s) * (1.0 + 1e-6);
