@@ -2,6 +2,8 @@
 //!
 //! Where triangles stand on a boundary they cannot be carried away: the node beside them would be left with a single quad and a straight angle. Instead every side on a
 //! way from the one to the other gets a node in its middle: the triangles have four nodes then, and every quad on the way six, which make two quads.
+//!
+//! A quad with three of its nodes on a smooth boundary is two such triangles: a row round the far side of it relieves the straight angle.
 
 use super::cells::{Cells, Ground, Ring};
 use super::change::{Change, Want, attempt};
@@ -10,6 +12,8 @@ use std::collections::{BTreeMap, BinaryHeap};
 
 /// No cell may become worse: below, two triangles are the better choice.
 const LEAST: f64 = 0.3;
+/// What the worst cell has to gain from a row that relieves a node.
+const GAIN: f64 = 0.1;
 /// Ways straight through a quad cost one, turns more: they leave nodes with three and five quads.
 const TURN: u32 = 3;
 /// Longest way: every cell on it adds one to the mesh.
@@ -21,7 +25,7 @@ pub(super) fn insert(cells: &mut Cells, ground: &dyn Ground) {
     while let Some(triangle) = left.pop() {
         if cells.lives[triangle as usize]
             && !cells.is_quad(triangle)
-            && let Some(way) = way(cells, triangle)
+            && let Some(way) = way(cells, triangle, None)
             && let Some(change) = row(cells, &way, ground)
         {
             attempt(cells, change, Want::Sound(LEAST), ground);
@@ -29,8 +33,40 @@ pub(super) fn insert(cells: &mut Cells, ground: &dyn Ground) {
     }
 }
 
-/// The cheapest way from a triangle to another: cells, and the side that leads out of each but the last.
-fn way(cells: &Cells, from: u32) -> Option<Vec<(u32, usize)>> {
+/// Gives a second quad to held nodes that have one in a nearly straight angle.
+pub(super) fn relieve(cells: &mut Cells, ground: &dyn Ground) {
+    for node in 0..cells.points.len() as u32 {
+        let &[cell] = cells.star(node).as_slice() else {
+            continue;
+        };
+        if !cells.is_quad(cell) || cells.irregularity(node) == 0 {
+            continue;
+        }
+        let ring = cells.ring(cell).clone();
+        let Some(k) = ring.iter().position(|&n| n == node) else {
+            continue;
+        };
+        let at = |d: usize| ring[(k + d) % 4];
+        if !cells.may_join(node, at(2)) {
+            continue;
+        }
+        let halves: [Ring; 2] = [
+            [node, at(1), at(2)].into_iter().collect(),
+            [node, at(2), at(3)].into_iter().collect(),
+        ];
+        let first = cells.rings.len() as u32;
+        let undo = cells.exchange(&[cell], &halves);
+        let relieved = way(cells, first, Some(first + 1))
+            .and_then(|way| row(cells, &way, ground))
+            .is_some_and(|change| attempt(cells, change, Want::Relief(GAIN), ground));
+        if !relieved {
+            cells.take_back(undo, 0);
+        }
+    }
+}
+
+/// The cheapest way from a triangle to another, and not straight to `twin`: cells, and the side that leads out of each but the last.
+fn way(cells: &Cells, from: u32, twin: Option<u32>) -> Option<Vec<(u32, usize)>> {
     // How each cell was entered: from which cell, over which of its sides, and over which of its own.
     let mut entered: BTreeMap<u32, (u32, usize, usize)> = BTreeMap::new();
     let mut heap = BinaryHeap::from([Reverse((0, from, from, 0, 0))]);
@@ -58,6 +94,9 @@ fn way(cells: &Cells, from: u32) -> Option<Vec<(u32, usize)>> {
             let Some(next) = cells.across(cell, out) else {
                 continue;
             };
+            if cell == from && Some(next) == twin {
+                continue;
+            }
             let (a, b) = (ring[out], ring[(out + 1) % ring.len()]);
             let Some(side_there) = cells.side(next, b, a) else {
                 continue;

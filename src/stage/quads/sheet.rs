@@ -1,7 +1,7 @@
 //! One sheet: from its triangles to cells, and from cells to triangles with diagonals.
 
 use super::cells::{Cells, Ground, Place, Ring};
-use super::insert::insert;
+use super::insert::{insert, relieve};
 use super::matching::{self, Edge};
 use super::smooth::{Effort, smooth};
 use super::transport::transport;
@@ -126,6 +126,7 @@ impl Sheet {
         for _ in 0..ROUNDS {
             transport(&mut cells, ground);
             insert(&mut cells, ground);
+            relieve(&mut cells, ground);
             clean_up(&mut cells, ground);
             smooth(&mut cells, ground, Effort::Brief);
         }
