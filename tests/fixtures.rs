@@ -1,6 +1,7 @@
 //! Every fixture against its closed-form truth: `solid::NAME` (the script makes what the facts say), `ideal::NAME` (a mid-surface drawn
 //! by hand meets the facts, so that they can be met), `mesh::NAME` (the product meets them), `moved::`, `shrunk::`, `grown::`,
-//! `reordered::NAME` (it finds the same mid-surface whatever the solid's place, size and order of faces) and `threads::NAME` (same bytes).
+//! `reordered::NAME` (it finds the same mid-surface whatever the solid's place, size and order of faces), `threads::NAME` (same bytes) and `quads::NAME` (the facts
+//! hold for quads too, and these are good).
 //! Of the fixtures listed as unmet only `solid::` and `ideal::` are tested. `defect::` shows that each measure fails on a planted defect.
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)] // clippy takes only `#[test]` functions themselves for tests
@@ -27,6 +28,7 @@ macro_rules! fixtures {
         fixtures!(@each grown, |n| super::same_mid_surface(n, super::Variant::Scaled(1000.0)), $($name),*);
         fixtures!(@each reordered, |n| super::same_mid_surface(n, super::Variant::Reordered), $($name),*);
         fixtures!(@each threads, super::same_bytes, $($name),*);
+        fixtures!(@each quads, super::quads_meet_the_facts, $($name),*);
     };
     (@each $family:ident, $test:expr, $($name:ident),* $(,)?) => {
         mod $family {
@@ -82,6 +84,35 @@ fn mesh_meets_the_facts(name: &str) {
         name,
     );
 }
+
+fn quads_meet_the_facts(name: &str) {
+    let facts = Facts::of(name);
+    let folder = common::scratch();
+    let solid = step(name, Variant::AsMade);
+    let mut wanted = facts.fine();
+    wanted.element = Some("quad");
+    let vtu = common::mesh(&solid, folder.path(), name, wanted);
+    let mut wrong = facts.violations(&common::measure(&solid, &vtu, &facts, 1.0));
+    let quality = &common::report(&vtu)["quality"];
+    let number = |v: &serde_json::Value| v.as_f64().expect("a number in the report");
+    let triangles = number(&quality["triangles"]) / number(&quality["elements"]);
+    if triangles > MOST_TRIANGLES {
+        wrong.push(format!("quads: {triangles} of the elements are triangles"));
+    }
+    let metrics = quality["metrics"].as_array().expect("a list of metrics");
+    let jacobian = metrics
+        .iter()
+        .find(|m| m["name"] == "quad.scaled_jacobian")
+        .map_or(0.0, |m| number(&m["min"]));
+    if jacobian < LEAST_JACOBIAN {
+        wrong.push(format!("quads: least scaled Jacobian {jacobian}"));
+    }
+    none(wrong, name);
+}
+
+/// Of a mesh of quads at most this share may be triangles, and none of the quads may have a scaled Jacobian below.
+const MOST_TRIANGLES: f64 = 0.03;
+const LEAST_JACOBIAN: f64 = 0.3;
 
 /// The coarse mesh of the solid as made: four tests ask for it, one makes it.
 fn base(name: &str, facts: &Facts) -> Measured {

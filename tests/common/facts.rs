@@ -99,6 +99,7 @@ impl Facts {
             size: self.size,
             size_curvature: self.size_curvature,
             threads: 1,
+            element: None,
         }
     }
 
@@ -108,6 +109,7 @@ impl Facts {
             size: 1.5 * self.size,
             size_curvature: self.size_curvature.map(|n| (n / 1.5).round()),
             threads: 1,
+            element: None,
         }
     }
 

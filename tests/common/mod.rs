@@ -117,6 +117,8 @@ pub struct Wanted {
     pub size_curvature: Option<f64>,
     /// Worker threads.
     pub threads: usize,
+    /// Value of `--element`.
+    pub element: Option<&'static str>,
 }
 
 /// Meshes `step` with the built binary; the VTU file that it wrote. Panics with the binary's own words unless it exits with 0.
@@ -140,10 +142,19 @@ pub fn mesh(step: &Path, folder: &Path, name: &str, wanted: Wanted) -> PathBuf {
     if let Some(n) = wanted.size_curvature {
         command.args(["--size-curvature", &n.to_string()]);
     }
+    if let Some(element) = wanted.element {
+        command.args(["--element", element]);
+    }
     tools::run(command, Duration::from_secs(300));
-    let report = std::fs::read_to_string(&json).expect("the report was written");
-    serde_json::from_str::<serde_json::Value>(&report).expect("the report is JSON");
+    report(&vtu);
     vtu
+}
+
+/// The report that was written beside a mesh.
+pub fn report(vtu: &Path) -> serde_json::Value {
+    let json = vtu.with_extension("json");
+    let report = std::fs::read_to_string(json).expect("the report was written");
+    serde_json::from_str(&report).expect("the report is JSON")
 }
 
 /// Measures a mesh against a solid; `scale` multiplies the mesh first.

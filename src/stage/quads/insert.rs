@@ -127,9 +127,12 @@ fn row(cells: &mut Cells, way: &[(u32, usize)], ground: &dyn Ground) -> Option<C
         cells.add_node(ground.foot(middle, cells.place(a).hint));
         change.added += 1;
     }
+    // Whether the node on the side just crossed has an edge of its own: with two cells only it would be no node.
+    let mut has_edge = false;
     for (i, &(cell, _)) in way.iter().enumerate() {
         // The ring with its new nodes.
         let ring = cells.ring(cell);
+        let (entry, exit) = (first + i as u32 - 1, first + i as u32);
         let mut full: Vec<u32> = Vec::with_capacity(6);
         for (k, &a) in ring.iter().enumerate() {
             let b = ring[(k + 1) % ring.len()];
@@ -138,41 +141,37 @@ fn row(cells: &mut Cells, way: &[(u32, usize)], ground: &dyn Ground) -> Option<C
                 middles.get(j).is_some_and(|&m| m == (a, b) || m == (b, a))
             };
             if i > 0 && crossed(i - 1) {
-                full.push(first + i as u32 - 1);
+                full.push(entry);
             } else if crossed(i) {
-                full.push(first + i as u32);
+                full.push(exit);
             }
         }
-        match full.len() {
-            4 => change.new.push(full.into_iter().collect()),
-            6 => change.new.extend(halves(cells, &full)),
-            // A way that comes back through the same side.
-            _ => {
-                for _ in 0..change.added {
-                    cells.drop_node();
-                }
-                return None;
+        let place = |n: u32| full.iter().position(|&m| m == n);
+        match (full.len(), place(entry), place(exit)) {
+            (4, ..) => change.new.push(full.into_iter().collect()),
+            (6, Some(p), Some(q)) => {
+                // Straight through, one edge serves both.
+                let straight = p.abs_diff(q) == 3;
+                let from = if has_edge { q } else { p };
+                has_edge |= straight;
+                change.new.extend(halves(&full, from));
             }
+            _ => break,
         }
     }
-    Some(change)
+    // The last triangle gives its node no edge either.
+    if has_edge && change.new.len() == 2 * way.len() - 2 {
+        return Some(change);
+    }
+    (0..change.added).for_each(|_| cells.drop_node());
+    None
 }
 
-/// The best two quads of a hexagon.
-fn halves(cells: &Cells, hexagon: &[u32]) -> [Ring; 2] {
-    let cut = |k: usize| -> [Ring; 2] {
-        let at = |d: usize| hexagon[(k + d) % 6];
-        [
-            [at(0), at(1), at(2), at(3)].into_iter().collect(),
-            [at(3), at(4), at(5), at(0)].into_iter().collect(),
-        ]
-    };
-    let rated = |k: usize| {
-        let quads = cut(k);
-        (cells.worth(&quads[0]).min(cells.worth(&quads[1])), quads)
-    };
-    let best = [rated(1), rated(2)]
-        .into_iter()
-        .fold(rated(0), |best, next| if next.0 > best.0 { next } else { best });
-    best.1
+/// The two quads of a hexagon on either side of the edge from one of its nodes to the one opposite.
+fn halves(hexagon: &[u32], from: usize) -> [Ring; 2] {
+    let at = |d: usize| hexagon[(from + d) % 6];
+    [
+        [at(0), at(1), at(2), at(3)].into_iter().collect(),
+        [at(3), at(4), at(5), at(0)].into_iter().collect(),
+    ]
 }

@@ -23,8 +23,8 @@ use std::collections::BTreeSet;
 const ANGLES_DEG: [f64; 2] = [15.0, 165.0];
 /// Warp angle beyond which OptiStruct warns.
 const WARP_DEG: f64 = 30.0;
-/// Sine of the least angle: keeps corners convex seen along the mean normal too.
-const JACOBIAN: f64 = 0.25;
+/// Verdict's least acceptable scaled Jacobian of a quad; two triangles are better there.
+const JACOBIAN: f64 = 0.3;
 /// What a pair across two source faces is worth less: face sets stay clean where it costs little.
 const ACROSS_FACES: f64 = 0.7;
 
