@@ -103,12 +103,7 @@ struct Piece {
 }
 
 /// One round; with `avoid` only patches that hold such nodes are meshed, and cut away from them.
-fn round(
-    complex: &MidComplex,
-    avoid: Option<&[NodeId]>,
-    old: &[bool],
-    how: &How,
-) -> Round {
+fn round(complex: &MidComplex, avoid: Option<&[NodeId]>, old: &[bool], how: &How) -> Round {
     let all = patches(complex);
     let results: Vec<(Vec<Piece>, Vec<NodeId>)> = (all.as_slice().par_iter())
         .map(|patch| {

@@ -202,7 +202,7 @@ fn counts_do_not_change_when_the_part_is_moved() {
         shapes::sphere(8, true),
     ] {
         let a = mesh_charts(&c, Pattern::Triangles, &|_, _| 4.0, &Stay);
-        let b = mesh_charts(&shapes::moved(&c), &|_, _| 4.0, &Stay);
+        let b = mesh_charts(&shapes::moved(&c), Pattern::Triangles, &|_, _| 4.0, &Stay);
         assert_eq!((a.patches, a.cut), (b.patches, b.cut));
         assert_eq!(a.complex.nodes.len(), b.complex.nodes.len());
         assert_eq!(a.complex.triangles.len(), b.complex.triangles.len());

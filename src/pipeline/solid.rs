@@ -249,6 +249,10 @@ impl Job<'_> {
             return Ok(cut);
         }
         let uncut = self.meshed(uncut.clone(), middle, clock)?;
-        Ok(if folds(&uncut.complex) == 0 { uncut } else { cut })
+        Ok(if folds(&uncut.complex) == 0 {
+            uncut
+        } else {
+            cut
+        })
     }
 }

@@ -199,7 +199,11 @@ fn refined(complex: &MidComplex, curves: &[&Curve], placer: &dyn Placer) -> MidC
             }
         }
     }
-    if folded(&new).len() <= before { new } else { plain }
+    if folded(&new).len() <= before {
+        new
+    } else {
+        plain
+    }
 }
 
 /// Splits the edge in the middle of a curve.
@@ -274,8 +278,8 @@ mod tests {
     /// A strip with one triangle cut off a corner.
     fn odd_plate() -> MidComplex {
         let mut plate = shapes::sheet(6, 4, |u, v| DVec3::new(6.0 * u, 4.0 * v, 0.0));
-        let last = TriangleId::new(plate.triangles.len() - 1);
-        plate.triangles = plate.triangles.iter().take(last.index()).copied().collect();
+        let most = plate.triangles.len() - 1;
+        plate.triangles = plate.triangles.iter().take(most).copied().collect();
         plate
     }
 
@@ -299,7 +303,11 @@ mod tests {
         let edges = even.edges();
         let lengths = (edges.iter())
             .filter(|e| even.kind(e) == EdgeKind::Rim)
-            .map(|e| even.nodes[e.ends[0]].point.distance(even.nodes[e.ends[1]].point));
+            .map(|e| {
+                even.nodes[e.ends[0]]
+                    .point
+                    .distance(even.nodes[e.ends[1]].point)
+            });
         let short = lengths.filter(|l| (l - 6.0 / 7.0).abs() < 1e-12).count();
         assert_eq!(short, 7);
     }

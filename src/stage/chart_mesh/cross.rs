@@ -212,3 +212,98 @@ fn smoothest(
 fn conjugate(z: DVec2) -> DVec2 {
     DVec2::new(z.x, -z.y)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::ids::PatchId;
+    use crate::stage::flatten::flatten;
+    use crate::stage::patch::patches;
+    use crate::stage::test_shapes as shapes;
+
+    /// The greatest angle, rad, between the field and a direction or one at right angles to it, in the middles of the old triangles.
+    fn greatest_turn(patch: &Patch, edges: &[[u32; 2]], way: impl Fn(DVec3) -> DVec3) -> f64 {
+        let chart = flatten(patch).unwrap();
+        let surface = Surface::new(patch, &chart);
+        let cross = Cross::new(&surface, edges).unwrap();
+        (0..patch.triangles.len() as u32)
+            .map(|triangle| {
+                let spot = Spot {
+                    triangle,
+                    weights: [1.0 / 3.0; 3],
+                };
+                let normal = surface.flat_normal(triangle);
+                let way = way(surface.lift(&spot)).reject_from(normal);
+                let turn =
+                    cross.at(&surface, &spot).angle_between(way) % std::f64::consts::FRAC_PI_2;
+                turn.min(std::f64::consts::FRAC_PI_2 - turn)
+            })
+            .fold(0.0, f64::max)
+    }
+
+    #[test]
+    fn on_a_rectangle_the_field_runs_along_its_sides() {
+        let plate = shapes::moved(&shapes::sheet(9, 6, |u, v| {
+            DVec3::new(9.0 * u, 6.0 * v, 0.0)
+        }));
+        let patch = patches(&plate)[PatchId(0)].clone();
+        let along = patch.points[1] - patch.points[0];
+        let edges: Vec<[u32; 2]> = patch.boundary().collect();
+        assert!(greatest_turn(&patch, &edges, |_| along) < 1e-9);
+    }
+
+    #[test]
+    fn on_a_ring_it_runs_round() {
+        let ring = shapes::sheet(48, 6, |u, v| {
+            let (s, c) = (std::f64::consts::TAU * u).sin_cos();
+            (10.0 + 8.0 * v) * DVec3::new(c, s, 0.0)
+        });
+        let patch = patches(&ring)[PatchId(0)].clone();
+        let edges: Vec<[u32; 2]> = patch.boundary().collect();
+        // Chords of 7.5 degrees, and a field that is linear over triangles.
+        assert!(greatest_turn(&patch, &edges, |p| p) < 0.07);
+    }
+
+    #[test]
+    fn in_a_bend_it_follows_the_bend() {
+        // A quarter of a cylinder whose free edges run across it at a slant: they alone would turn the field by up to 35 degrees.
+        let bend = shapes::sheet(12, 30, |u, v| {
+            let (s, c) = (std::f64::consts::FRAC_PI_2 * u).sin_cos();
+            DVec3::new(4.0 * c, 4.0 * s, 30.0 * v + 4.0 * u)
+        });
+        let patch = patches(&bend)[PatchId(0)].clone();
+        let slant: Vec<[u32; 2]> = (patch.boundary())
+            .filter(|e| {
+                let way = patch.points[e[1] as usize] - patch.points[e[0] as usize];
+                way.normalize().z.abs() < 0.99
+            })
+            .collect();
+        let middle = |p: DVec3| p.z > 8.0 && p.z < 26.0;
+        let chart = flatten(&patch).unwrap();
+        let surface = Surface::new(&patch, &chart);
+        let cross = Cross::new(&surface, &slant).unwrap();
+        for triangle in 0..patch.triangles.len() as u32 {
+            let spot = Spot {
+                triangle,
+                weights: [1.0 / 3.0; 3],
+            };
+            if !middle(surface.lift(&spot)) {
+                continue;
+            }
+            let turn =
+                cross.at(&surface, &spot).angle_between(DVec3::Z) % std::f64::consts::FRAC_PI_2;
+            assert!(turn.min(std::f64::consts::FRAC_PI_2 - turn) < 0.1);
+        }
+    }
+
+    #[test]
+    fn a_direction_and_its_quarter_turns_have_one_fourth_power() {
+        let way = DVec2::from_angle(0.3);
+        let power = fourth(way);
+        for k in 1..4 {
+            let turned = DVec2::from_angle(0.3 + f64::from(k) * std::f64::consts::FRAC_PI_2);
+            assert!(fourth(3.0 * turned).distance(power) < 1e-12);
+        }
+        assert!((power.to_angle() - 1.2).abs() < 1e-12);
+    }
+}

@@ -49,6 +49,23 @@ fn a_square_gets_as_many_triangles_as_equilateral_ones_have_room() {
 }
 
 #[test]
+fn a_square_has_room_for_as_many_squares_as_it_should() {
+    let patch = only(&shapes::sheet(20, 20, |u, v| {
+        DVec3::new(20.0 * u, 20.0 * v, 0.0)
+    }));
+    let chart = flatten(&patch).unwrap();
+    let mesh = triangulate(&patch, &chart, Pattern::Squares, &|_, _| 1.0, &Stay).unwrap();
+    assert_eq!(mesh.triangles.len(), 800);
+    for t in &mesh.triangles {
+        let [a, b, c] = t.map(|i| corner(&patch, &mesh, i));
+        let mut sides = [a.distance(b), b.distance(c), c.distance(a)];
+        sides.sort_unstable_by(f64::total_cmp);
+        // Places in the chart lie on a fine grid.
+        assert!((sides[1] - 1.0).abs() < 1e-6 && (sides[2] - 2f64.sqrt()).abs() < 1e-6);
+    }
+}
+
+#[test]
 fn kept_edges_and_corners_stay() {
     let c = shapes::rib_on_plate(0.5);
     let patch = only(&c);

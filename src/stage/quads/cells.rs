@@ -144,7 +144,11 @@ impl Cells {
         let beside = |c: u32, incoming: bool| {
             let ring = self.ring(c);
             let k = ring.iter().position(|&n| n == node)?;
-            let edge = if incoming { (k + ring.len() - 1) % ring.len() } else { k };
+            let edge = if incoming {
+                (k + ring.len() - 1) % ring.len()
+            } else {
+                k
+            };
             self.across(c, edge)
         };
         while let Some(&first) = left.first() {
@@ -223,7 +227,10 @@ impl Cells {
         for &c in self.star(node) {
             let ring = self.ring(c);
             let k = ring.iter().position(|&n| n == node).unwrap_or(0);
-            for n in [ring[(k + 1) % ring.len()], ring[(k + ring.len() - 1) % ring.len()]] {
+            for n in [
+                ring[(k + 1) % ring.len()],
+                ring[(k + ring.len() - 1) % ring.len()],
+            ] {
                 if !found.contains(&n) {
                     found.push(n);
                 }

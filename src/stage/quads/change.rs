@@ -21,7 +21,10 @@ pub(super) struct Change {
 impl Change {
     /// All nodes that it concerns, each once.
     pub(super) fn nodes(&self, cells: &Cells) -> SmallVec<[u32; 16]> {
-        let old = self.gone.iter().flat_map(|&c| cells.ring(c).iter().copied());
+        let old = self
+            .gone
+            .iter()
+            .flat_map(|&c| cells.ring(c).iter().copied());
         let new = self.new.iter().flatten().copied();
         let mut all: SmallVec<[u32; 16]> = old.chain(new).collect();
         all.sort_unstable();
@@ -46,7 +49,8 @@ pub(super) enum Want {
 /// Makes a change and keeps it if it does what is wanted.
 pub(super) fn attempt(cells: &mut Cells, change: Change, want: Want, ground: &dyn Ground) -> bool {
     let nodes = change.nodes(cells);
-    let edges = || (change.new.iter()).flat_map(|r| (0..r.len()).map(|k| (r[k], r[(k + 1) % r.len()])));
+    let edges =
+        || (change.new.iter()).flat_map(|r| (0..r.len()).map(|k| (r[k], r[(k + 1) % r.len()])));
     if edges().any(|(a, b)| !cells.may_join(a, b) && !cells.joined(a, b)) {
         (0..change.added).for_each(|_| cells.drop_node());
         return false;
@@ -55,7 +59,10 @@ pub(super) fn attempt(cells: &mut Cells, change: Change, want: Want, ground: &dy
     let gaps: SmallVec<[i64; 16]> = nodes.iter().map(|&n| gap(cells, n)).collect();
     let (cost_before, worst_before) = (cost(cells), worst_round(cells, &nodes));
     let mut undo = cells.exchange(&change.gone, &change.new);
-    let sound = nodes.iter().zip(&gaps).all(|(&n, &old)| is_sound(cells, n, old));
+    let sound = nodes
+        .iter()
+        .zip(&gaps)
+        .all(|(&n, &old)| is_sound(cells, n, old));
     let fits = match want {
         Want::Regular(_) => cost(cells) < cost_before,
         Want::Better(_) => cost(cells) <= cost_before,

@@ -137,9 +137,7 @@ fn row(cells: &mut Cells, way: &[(u32, usize)], ground: &dyn Ground) -> Option<C
         for (k, &a) in ring.iter().enumerate() {
             let b = ring[(k + 1) % ring.len()];
             full.push(a);
-            let crossed = |j: usize| {
-                middles.get(j).is_some_and(|&m| m == (a, b) || m == (b, a))
-            };
+            let crossed = |j: usize| middles.get(j).is_some_and(|&m| m == (a, b) || m == (b, a));
             if i > 0 && crossed(i - 1) {
                 full.push(entry);
             } else if crossed(i) {

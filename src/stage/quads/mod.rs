@@ -28,8 +28,8 @@ use crate::geom::placer::Placer;
 use crate::model::complex::{EdgeKind, MidComplex, MidNode, MidTriangle, Support};
 use crate::model::disjoint::Disjoint;
 use crate::model::ids::{IndexVec, NodeId, TriangleId};
-use rayon::prelude::*;
 use cells::Cells;
+use rayon::prelude::*;
 use sheet::{Facets, Made, Owners, Sheet, halved};
 use slide::Curves;
 use smooth::{Effort, smooth};
@@ -100,8 +100,7 @@ fn sheets(complex: &MidComplex) -> Vec<Sheet> {
         members[TriangleId(pieces.find(t.0))].push(t);
     }
     // A node that several sheets have stays, even where they only touch.
-    let mut owners: IndexVec<NodeId, Owners> =
-        IndexVec::filled(Owners::new(), complex.nodes.len());
+    let mut owners: IndexVec<NodeId, Owners> = IndexVec::filled(Owners::new(), complex.nodes.len());
     let mut held: IndexVec<NodeId, bool> = IndexVec::filled(false, complex.nodes.len());
     for (t, triangle) in complex.triangles.enumerated() {
         let piece = pieces.find(t.0);

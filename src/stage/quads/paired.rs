@@ -10,12 +10,12 @@
 //! that they share, the quad takes the mean.
 //! Limits: nodes do not move, so that quads are no better than the triangles let them be.
 
+use super::matching::{self, Edge};
 use crate::geom::quality::{QuadQuality, quad_quality};
 use crate::model::element_shape::ElementShape;
 use crate::model::ids::{ElementId, Id, IndexVec, NodeId};
 use crate::model::report::Profile;
 use crate::model::shell::{Corners, Element, ShellMesh};
-use super::matching::{self, Edge};
 use rayon::prelude::*;
 use std::collections::BTreeSet;
 

@@ -70,9 +70,7 @@ impl Sheet {
         nodes.sort_unstable_by_key(|&n| (!held[n], n));
         nodes.dedup();
         let count = nodes.partition_point(|&n| held[n]);
-        let place = |n: NodeId| {
-            nodes.partition_point(|&m| (!held[m], m) < (!held[n], n)) as u32
-        };
+        let place = |n: NodeId| nodes.partition_point(|&m| (!held[m], m) < (!held[n], n)) as u32;
         let triangles: Vec<[u32; 3]> = (members.iter())
             .map(|&t| complex.triangles[t].nodes.map(place))
             .collect();
@@ -236,7 +234,9 @@ pub(super) fn halved(cells: &Cells) -> Option<Made> {
         };
         let length = |a: u32, b: u32| cells.points[a as usize].distance(cells.points[b as usize]);
         let fits = |a: u32, b: u32| {
-            cells.may_join(a, b) && !cells.joined(a, b) && !diagonals.contains(&[a.min(b), a.max(b)])
+            cells.may_join(a, b)
+                && !cells.joined(a, b)
+                && !diagonals.contains(&[a.min(b), a.max(b)])
         };
         // Of two equal ones rounding must not decide.
         let first = length(p, r) <= length(q, s) * (1.0 + 1e-6);
@@ -275,7 +275,10 @@ impl Facets {
         let flat = corners().all(|p| p.dot(normal).abs() <= FLAT * size);
         Self {
             bvh: TriangleBvh::new(triangles),
-            normals: triangles.iter().map(|t| doubled(t).normalize_or_zero()).collect(),
+            normals: triangles
+                .iter()
+                .map(|t| doubled(t).normalize_or_zero())
+                .collect(),
             plane: flat.then_some((origin, normal)),
         }
     }

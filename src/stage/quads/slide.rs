@@ -99,7 +99,13 @@ impl Slider {
         let wish = sum / total;
         let on_curve = (self.beside.iter())
             .map(|&n| nearest_on_segment(here, here.lerp(complex.nodes[n].point, REACH), wish))
-            .reduce(|a, b| if b.distance(wish) < a.distance(wish) { b } else { a })
+            .reduce(|a, b| {
+                if b.distance(wish) < a.distance(wish) {
+                    b
+                } else {
+                    a
+                }
+            })
             .unwrap_or(here);
         let step = on_curve.distance(here);
         let placed = placer.place(on_curve, &complex.nodes[self.node].supports);

@@ -111,7 +111,10 @@ pub(super) fn wanted(cells: &Cells, node: u32, square: bool) -> Option<(DVec3, f
                 let p = [p0, p1, p2, p3];
                 let normal = (p2 - p0).cross(p3 - p1);
                 // Between a share of a good cell and all of a bad one.
-                (wish(p, k, square), 1.1 - quality(&p, normal).clamp(0.0, 1.0))
+                (
+                    wish(p, k, square),
+                    1.1 - quality(&p, normal).clamp(0.0, 1.0),
+                )
             }
             p => (apex(p, k), 0.5),
         };
@@ -148,7 +151,8 @@ fn wish(p: [DVec3; 4], k: usize, square: bool) -> DVec3 {
         let u = (x + y.cross(normal)) / 2.0;
         (u, normal.cross(u))
     } else {
-        let along = (x.normalize_or_zero() + y.normalize_or_zero().cross(normal)).normalize_or_zero();
+        let along =
+            (x.normalize_or_zero() + y.normalize_or_zero().cross(normal)).normalize_or_zero();
         (along * x.length(), normal.cross(along) * y.length())
     };
     if turned == DVec3::ZERO {
@@ -214,7 +218,9 @@ mod tests {
             assert!(wish(square, k, true).distance(square[k]) < 1e-15);
             assert!(wish(long, k, false).distance(long[k]) < 1e-15);
             // A long one wants to be two by two, round the same centre.
-            assert!((wish(long, k, true) - DVec3::new(1.5, 0.5, 1.0)).length() - 2f64.sqrt() < 1e-15);
+            assert!(
+                (wish(long, k, true) - DVec3::new(1.5, 0.5, 1.0)).length() - 2f64.sqrt() < 1e-15
+            );
         }
     }
 

@@ -6,7 +6,7 @@
 
 use super::cells::{Cells, Ground, Ring};
 use super::change::{Change, Want, attempt};
-use smallvec::smallvec;
+use smallvec::{SmallVec, smallvec};
 
 /// Sweeps over all cells; most gain comes with the first two.
 const SWEEPS: usize = 6;
@@ -69,7 +69,11 @@ fn collapse(cells: &mut Cells, cell: u32, ground: &dyn Ground) -> bool {
         if cells.held[a as usize] || gain <= 0 {
             continue;
         }
-        if cells.star(a).iter().any(|&o| o != cell && cells.ring(o).contains(&c)) {
+        if cells
+            .star(a)
+            .iter()
+            .any(|&o| o != cell && cells.ring(o).contains(&c))
+        {
             continue;
         }
         let mut change = Change {
@@ -85,7 +89,9 @@ fn collapse(cells: &mut Cells, cell: u32, ground: &dyn Ground) -> bool {
         }
         if !cells.held[c as usize] {
             let middle = (cells.points[a as usize] + cells.points[c as usize]) / 2.0;
-            change.moved.push((c, ground.foot(middle, cells.place(c).hint)));
+            change
+                .moved
+                .push((c, ground.foot(middle, cells.place(c).hint)));
         }
         if attempt(cells, change, Want::Regular(LEAST), ground) {
             return true;
@@ -115,22 +121,24 @@ fn turn(cells: &mut Cells, cell: u32, ground: &dyn Ground) -> bool {
             ([p, r], [smallvec![p, q, u, r], smallvec![r, s, v, p]]),
             ([q, s], [smallvec![q, u, r, s], smallvec![s, v, p, q]]),
         ];
-        for ([a, b], new) in ways {
-            if a == b || cells.joined(a, b) {
-                continue;
-            }
-            let change = || Change {
-                gone: smallvec![cell, other],
-                new: new.iter().cloned().collect(),
-                ..Change::default()
-            };
-            let gain = gain(cells, &[(u, -1), (v, -1), (a, 1), (b, 1)]);
-            if gain > 0 && attempt(cells, change(), Want::Regular(LEAST), ground) {
-                return true;
-            }
-            if poor && gain >= 0 && attempt(cells, change(), Want::Better(GAIN), ground) {
-                return true;
-            }
+        let open: SmallVec<[(i64, [Ring; 2]); 2]> = (ways.into_iter())
+            .filter(|([a, b], _)| a != b && !cells.joined(*a, *b))
+            .map(|([a, b], new)| (gain(cells, &[(u, -1), (v, -1), (a, 1), (b, 1)]), new))
+            .collect();
+        let mut tried = |least_gain: i64, want: Want| {
+            open.iter()
+                .filter(|(gain, _)| *gain >= least_gain)
+                .any(|(_, new)| {
+                    let change = Change {
+                        gone: smallvec![cell, other],
+                        new: new.iter().cloned().collect(),
+                        ..Change::default()
+                    };
+                    attempt(cells, change, want, ground)
+                })
+        };
+        if tried(1, Want::Regular(LEAST)) || poor && tried(0, Want::Better(GAIN)) {
+            return true;
         }
     }
     false
@@ -195,4 +203,135 @@ fn opened(cells: &mut Cells, node: u32, range: &[u32], ground: &dyn Ground) -> b
     }
     change.new.push(smallvec![node, right, new, left]);
     attempt(cells, change, Want::Regular(LEAST), ground)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::cells::Place;
+    use super::*;
+    use crate::spatial::Hint;
+    use glam::DVec3;
+
+    /// The plane z = 0.
+    struct Plane;
+
+    impl Ground for Plane {
+        fn foot(&self, p: DVec3, _: Option<Hint>) -> Place {
+            Place {
+                point: DVec3::new(p.x, p.y, 0.0),
+                normal: DVec3::Z,
+                hint: None,
+            }
+        }
+    }
+
+    /// A grid of squares of side 1 with its rim held.
+    fn grid(nu: u32, nv: u32) -> Cells {
+        let at = |i: u32, j: u32| j * (nu + 1) + i;
+        let mut places = Vec::new();
+        let mut held = Vec::new();
+        for j in 0..=nv {
+            for i in 0..=nu {
+                places.push(Plane.foot(DVec3::new(f64::from(i), f64::from(j), 0.0), None));
+                held.push(i == 0 || j == 0 || i == nu || j == nv);
+            }
+        }
+        let mut rings: Vec<Ring> = Vec::new();
+        for j in 0..nv {
+            for i in 0..nu {
+                rings.push(smallvec![
+                    at(i, j),
+                    at(i + 1, j),
+                    at(i + 1, j + 1),
+                    at(i, j + 1)
+                ]);
+            }
+        }
+        let mut kept: Vec<[u32; 2]> = Vec::new();
+        for i in 0..nu {
+            kept.extend([[at(i, 0), at(i + 1, 0)], [at(i, nv), at(i + 1, nv)]]);
+        }
+        for j in 0..nv {
+            kept.extend([[at(0, j), at(0, j + 1)], [at(nu, j), at(nu, j + 1)]]);
+        }
+        kept.sort_unstable();
+        Cells::new(places, held, rings, kept)
+    }
+
+    fn cost(cells: &Cells) -> i64 {
+        (0..cells.points.len() as u32)
+            .map(|n| cells.irregularity(n))
+            .sum()
+    }
+
+    #[test]
+    fn a_grid_is_regular_and_stays_as_it_is() {
+        let mut cells = grid(6, 5);
+        assert_eq!(cost(&cells), 0);
+        clean_up(&mut cells, &Plane);
+        assert_eq!(cells.living().count(), 30);
+    }
+
+    #[test]
+    fn a_quad_too_many_is_collapsed() {
+        let mut cells = grid(6, 5);
+        // The node in the middle opened by hand: two nodes with three quads, two with five.
+        let node = 2 * 7 + 3;
+        let fan = cells.fans(node)[0].clone();
+        let new = cells.add_node(Plane.foot(DVec3::new(3.3, 2.3, 0.0), None));
+        let taken = [fan[0], fan[1]];
+        let ring = |c: u32| cells.ring(c).clone();
+        let beside = |c: u32, ahead: usize| {
+            let ring = ring(c);
+            let k = ring.iter().position(|&n| n == node).unwrap();
+            ring[(k + ahead) % 4]
+        };
+        let mut rings: Vec<Ring> = (taken.iter())
+            .map(|&c| {
+                ring(c)
+                    .iter()
+                    .map(|&n| if n == node { new } else { n })
+                    .collect()
+            })
+            .collect();
+        rings.push(smallvec![
+            node,
+            beside(taken[0], 1),
+            new,
+            beside(taken[1], 3)
+        ]);
+        cells.exchange(&taken, &rings);
+        assert_eq!((cells.living().count(), cost(&cells)), (31, 4));
+        clean_up(&mut cells, &Plane);
+        assert_eq!((cells.living().count(), cost(&cells)), (30, 0));
+    }
+
+    #[test]
+    fn an_edge_turned_by_hand_is_turned_back() {
+        let mut cells = grid(6, 5);
+        let [a, b] = [2 * 6 + 2, 2 * 6 + 3];
+        let k = (0..4).find(|&k| cells.across(a, k) == Some(b)).unwrap();
+        let r = cells.ring(a).clone();
+        let [u, v, p, q] = [0, 1, 2, 3].map(|i| r[(k + i) % 4]);
+        let j = cells.side(b, v, u).unwrap();
+        let [x, y] = [2, 3].map(|i| cells.ring(b)[(j + i) % 4]);
+        cells.exchange(&[a, b], &[smallvec![p, q, u, x], smallvec![x, y, v, p]]);
+        assert_eq!(cost(&cells), 4);
+        clean_up(&mut cells, &Plane);
+        assert_eq!((cells.living().count(), cost(&cells)), (30, 0));
+    }
+
+    #[test]
+    fn held_corners_ask_for_as_many_quads_as_they_have_right_angles() {
+        let cells = grid(6, 5);
+        assert_eq!(cells.star(0).len(), 1);
+        assert_eq!(
+            (cells.irregularity(0), cells.irregularity_with(0, 1)),
+            (0, 1)
+        );
+        assert_eq!(
+            (cells.irregularity(3), cells.irregularity_with(3, -1)),
+            (0, 1)
+        );
+    }
 }
