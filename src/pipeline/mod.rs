@@ -8,6 +8,7 @@ mod fins;
 mod inspect;
 mod memory;
 mod merge;
+mod mesh_audit;
 mod middle;
 mod midsurface;
 mod report;
@@ -18,12 +19,12 @@ mod tidy;
 pub use error::PipelineError;
 pub use inspect::inspect;
 pub use memory::PeakMemory;
+pub use mesh_audit::{MeshAudit, audit_mesh};
 pub use report::{RunReport, SolidReport};
 
 use crate::import::{ImportOptions, Piece, import_cad_told};
 use crate::model::brep::Brep;
 use crate::model::element_shape::ElementShape;
-use crate::model::report::Profile;
 use crate::model::shell::ShellMesh;
 use crate::options::MeshOptions;
 use crate::stage::{audit, quads, quality};
@@ -113,13 +114,13 @@ fn mesh_pieces(
         solids.push(solid);
     }
     let triangles = merge::merge(meshes);
-    let profile = Profile::shell();
+    let profile = &options.profile;
     let mesh = match options.element {
         ElementShape::Triangle => triangles,
-        shape => clock.time("quads", || quads::pair_quads(&triangles, shape, &profile)),
+        shape => clock.time("quads", || quads::pair_quads(&triangles, shape, profile)),
     };
     // The wanted length changes from place to place with curvature, so that no one length can be held against the edges.
-    let quality = clock.time("quality", || quality::quality(&mesh, &profile, None));
+    let quality = clock.time("quality", || quality::quality(&mesh, profile, None));
     let cell_quality = clock.time("quality", || quality::scaled_jacobians(&mesh).into_vec());
     let audit = clock.time("audit", || audit::audit(&breps, &mesh, AUDIT_SEED));
     Dump::new(options, None)?.mesh(&mesh, &cell_quality)?;
