@@ -96,8 +96,10 @@ pub fn parse(text: &str, name: &str) -> Result<Profile, CriteriaError> {
     };
     profile.quad.extend(file.quad);
     profile.triangle.extend(file.triangle);
-    profile.check()?;
-    Ok(profile)
+    match profile.check().into_iter().next() {
+        Some(fault) => Err(fault.into()),
+        None => Ok(profile),
+    }
 }
 
 #[cfg(test)]

@@ -133,7 +133,10 @@ impl MeshOptions {
         if self.time_limit.is_zero() {
             return Err(OptionFault::TimeLimit);
         }
-        Ok(self.profile.check()?)
+        match self.profile.check().into_iter().next() {
+            Some(fault) => Err(fault.into()),
+            None => Ok(()),
+        }
     }
 
     /// Whether the size suits a part whose box has this diagonal (mm). A larger size is refused, not clamped: it is nearly always a wrong unit.

@@ -119,11 +119,14 @@ impl Profile {
         }
     }
 
-    /// The first thing that is wrong.
-    pub fn check(&self) -> Result<(), ProfileFault> {
-        let bad = |limit: &str, value: String| ProfileFault::BadLimit {
-            limit: limit.to_owned(),
-            value,
+    /// Everything that is wrong.
+    pub fn check(&self) -> Vec<ProfileFault> {
+        let mut faults = Vec::new();
+        let mut bad = |limit: &str, value: String| {
+            faults.push(ProfileFault::BadLimit {
+                limit: limit.to_owned(),
+                value,
+            });
         };
         for (limit, value) in [
             ("edge_ratio_max", self.edge_ratio_max),
@@ -134,7 +137,7 @@ impl Profile {
             ("shortest_edge_min", self.shortest_edge_min),
         ] {
             if value.is_nan() {
-                return Err(bad(limit, value.to_string()));
+                bad(limit, value.to_string());
             }
         }
         for (limit, [from, to]) in [
@@ -142,31 +145,31 @@ impl Profile {
             ("triangle_angle_deg", self.triangle_angle_deg),
         ] {
             if from.is_nan() || to.is_nan() || from > to {
-                return Err(bad(limit, format!("[{from}, {to}]")));
+                bad(limit, format!("[{from}, {to}]"));
+            }
+        }
+        let limits = [("quad", &self.quad), ("triangle", &self.triangle)];
+        for (shape, limits) in limits {
+            for (metric, range) in limits {
+                let min = range.min.unwrap_or(f64::NEG_INFINITY);
+                let max = range.max.unwrap_or(f64::INFINITY);
+                if min.is_nan() || max.is_nan() || min > max {
+                    bad(&format!("{shape}.{metric}"), format!("{min} .. {max}"));
+                }
             }
         }
         for (shape, list, limits) in [
             ("quad", &QUAD_METRICS[..], &self.quad),
             ("triangle", &TRIANGLE_METRICS[..], &self.triangle),
         ] {
-            for (metric, range) in limits {
-                if place_of(list, metric).is_none() {
-                    return Err(ProfileFault::UnknownMetric {
-                        shape,
-                        metric: metric.clone(),
-                        known: list.iter().map(|full| bare(full)).collect(),
-                    });
-                }
-                let (min, max) = (
-                    range.min.unwrap_or(f64::NEG_INFINITY),
-                    range.max.unwrap_or(f64::INFINITY),
-                );
-                if min.is_nan() || max.is_nan() || min > max {
-                    return Err(bad(&format!("{shape}.{metric}"), format!("{min} .. {max}")));
-                }
-            }
+            let unknown = limits.keys().filter(|name| place_of(list, name).is_none());
+            faults.extend(unknown.map(|metric| ProfileFault::UnknownMetric {
+                shape,
+                metric: metric.clone(),
+                known: list.iter().map(|full| bare(full)).collect(),
+            }));
         }
-        Ok(())
+        faults
     }
 }
 
@@ -233,7 +236,7 @@ mod tests {
     fn the_profiles_of_the_program_pass_their_own_check() {
         for name in Profile::NAMES {
             let profile = Profile::named(name).unwrap();
-            assert_eq!((profile.name.as_str(), profile.check()), (name, Ok(())));
+            assert_eq!((profile.name.as_str(), profile.check()), (name, vec![]));
         }
         assert_eq!(Profile::named("none"), None);
     }
@@ -243,7 +246,7 @@ mod tests {
         let spoilt = |spoil: fn(&mut Profile)| {
             let mut profile = Profile::shell();
             spoil(&mut profile);
-            profile.check().unwrap_err().to_string()
+            profile.check()[0].to_string()
         };
         let range = |min, max| Range { min, max };
         assert!(spoilt(|p| p.warp_deg_max = f64::NAN).contains("warp_deg_max is NaN"));
@@ -254,7 +257,7 @@ mod tests {
         assert!(unknown.contains("'taper' of a triangle") && unknown.contains("radius_ratio"));
         let mut profile = Profile::shell();
         (profile.quad).insert("taper".to_owned(), range(Some(1.0), Some(0.5)));
-        let fault = profile.check().unwrap_err().to_string();
+        let fault = profile.check()[0].to_string();
         assert!(fault.contains("quad.taper is 1 .. 0.5"), "{fault}");
     }
 }

@@ -15,6 +15,9 @@ const MOST_NEAR: usize = 32;
 /// Nodes near one edge that are looked at: more is a heap, not an edge that others end on.
 const MOST_ON_EDGE: usize = 4096;
 
+/// A node farther off an edge than this share of its distance to the nearer end does not lie on it: seen from the node the edge turns by more than 12 degrees.
+const BESIDE: f64 = 0.2;
+
 /// Groups of nodes within `reach` of each other, one by one.
 pub(super) fn duplicate_nodes(mesh: &ShellMesh, of_node: &AtNodes, reach: f64) -> Vec<Found> {
     let points = mesh.nodes.as_slice();
@@ -73,9 +76,10 @@ pub(super) fn t_connections(
                     let p = mesh.nodes[node];
                     let on = nearest_on_segment(a, b, p);
                     let of = &of_node[node];
-                    let inside = p.distance(a) > reach && p.distance(b) > reach;
-                    // Beyond an end the nearest place is the end: such a node lies beside the edge, not on it.
-                    let beside = on == a || on == b;
+                    let nearer = p.distance(a).min(p.distance(b));
+                    let inside = nearer > reach;
+                    // The far corner of a needle lies near the end of an edge, but beside it.
+                    let beside = on.distance(p) > BESIDE * nearer;
                     inside
                         && !beside
                         && !of.is_empty()

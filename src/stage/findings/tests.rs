@@ -99,6 +99,17 @@ fn a_hanging_node_is_a_t_connection_with_its_edge() {
         &[&[0, 1, 2], &[1, 0, 3]],
     );
     assert_eq!(count(&flat, FindingKind::TConnection), 0);
+    // Nor does the far corner of the next of two needles.
+    let needles = mesh(
+        &[
+            [0.0; 3],
+            [10.0, 0.0, 0.0],
+            [9.99, 0.03, 0.0],
+            [9.98, 0.06, 0.0],
+        ],
+        &[&[0, 1, 2], &[0, 2, 3]],
+    );
+    assert_eq!(count(&needles, FindingKind::TConnection), 0);
 }
 
 #[test]
