@@ -10,7 +10,7 @@ mod tools;
 
 use binary::{Bench, Ended, PLATE};
 use serde_json::Value;
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 use std::time::Duration;
 
 const LIMIT: Duration = Duration::from_secs(120);
@@ -64,7 +64,7 @@ fn metrics_are_those_of_verdict() {
     let text = std::fs::read_to_string(bench.at("all.csv")).unwrap();
     let rows = rows(&text);
     assert_eq!(rows.len(), 1000);
-    let mut compared = HashMap::new();
+    let mut compared = BTreeMap::new();
     for (metric, values) in verdict.as_object().unwrap() {
         for (row, value) in rows.iter().zip(values.as_array().unwrap()) {
             let Some(want) = value.as_f64() else { continue };
@@ -268,6 +268,30 @@ fn a_sound_mesh_ends_with_nothing_against_it() {
     );
     let quiet = audit(&bench, &["strip.inp", "-q"]);
     assert_eq!((quiet.status, quiet.stdout.as_str()), (Some(0), ""));
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_full_terminal_hides_no_verdict_once_files_are_written() {
+    let bench = Bench::new();
+    bench.file("strip.inp", STRIP);
+    let full = || {
+        std::fs::File::options()
+            .write(true)
+            .open("/dev/full")
+            .unwrap()
+    };
+    for (files, status, word) in [(&["--csv", "all.csv"][..], 1, "warning"), (&[], 6, "error")] {
+        let mut command = bench.midshell();
+        command
+            .args(["audit", "strip.inp"])
+            .args(files)
+            .stdout(full());
+        let ended = bench.run(command);
+        assert_eq!(ended.status, Some(status), "{}", ended.stderr);
+        assert!(ended.stderr.contains(word), "{}", ended.stderr);
+    }
+    assert!(bench.at("all.csv").is_file());
 }
 
 #[test]

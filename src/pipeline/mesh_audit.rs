@@ -289,7 +289,7 @@ fn faults(report: &MeshAuditReport, read: &ReadMesh) -> Vec<String> {
             quality.profile.name
         ));
     }
-    let bad = |t: &f64| !t.is_nan() && !(t.is_finite() && *t > 0.0);
+    let bad = |t: &f64| *t <= 0.0 || t.is_infinite();
     let thin = (read.mesh.elements.iter())
         .filter(|e| e.thickness.iter().any(bad))
         .count();

@@ -9,7 +9,7 @@ use super::bdf_cards::{Card, cards};
 use super::error::{ReadError, ReadErrorKind};
 use super::raw::{Numbers, Raw};
 use glam::DVec3;
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 /// Where a shell card has what: corners, nodes, first corner thickness, its flag.
 struct Layout {
@@ -65,11 +65,11 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Raw, ReadError> {
             _ => {}
         }
     }
-    let mut seen: HashMap<u64, ()> = HashMap::new();
+    let mut seen = HashSet::new();
     for card in &cards {
         if let Some(layout) = layout(&card.name) {
             let number = required(card, 0, "the number of an element")?;
-            if seen.insert(number, ()).is_some() {
+            if !seen.insert(number) {
                 let what = "element";
                 return Err(ReadErrorKind::DefinedTwice { what, number }.line(card.line));
             }

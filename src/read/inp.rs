@@ -9,7 +9,7 @@ use super::error::{ReadError, ReadErrorKind, expected};
 use super::inp_elements::{Shape, shape};
 use super::raw::{Numbers, Raw};
 use glam::DVec3;
-use std::collections::{BTreeMap, HashMap};
+use std::collections::{BTreeMap, HashMap, HashSet};
 
 /// A shell section: the set that it is for and where its thickness comes from.
 struct Section {
@@ -59,7 +59,7 @@ impl Keyword {
 struct Deck {
     raw: Raw,
     numbers: Numbers,
-    element_numbers: HashMap<u64, ()>,
+    element_numbers: HashSet<u64>,
     element_sets: HashMap<String, Vec<u64>>,
     node_sets: HashMap<String, Vec<u64>>,
     sections: Vec<Section>,
@@ -299,7 +299,7 @@ impl Deck {
                 .or_default()
                 .push(number);
         }
-        if self.element_numbers.insert(number, ()).is_some() && kind != Shape::Other {
+        if !self.element_numbers.insert(number) && kind != Shape::Other {
             return Err(ReadErrorKind::DefinedTwice {
                 what: "element",
                 number,

@@ -84,12 +84,12 @@ impl<'a> Array<'a> {
         if let Source::Text(text) = self.source {
             return self.words(text, "a number");
         }
-        Ok(self.decoded(coding, |kind, bytes| match kind {
+        self.decoded(coding, |kind, bytes| match kind {
             Kind::Float(4) => f64::from(f32::from_bits(number(bytes) as u32)),
             Kind::Float(_) => f64::from_bits(number(bytes)),
             Kind::Signed(_) => signed(bytes) as f64,
             Kind::Unsigned(_) => number(bytes) as f64,
-        })?)
+        })
     }
 
     /// All numbers as whole ones.

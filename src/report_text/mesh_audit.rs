@@ -99,7 +99,9 @@ fn places(out: &mut String, finding: &FindingReport) {
             list("nodes", &place.nodes),
             list("elements", &place.elements),
         );
-        line(out, format_args!("    at ({x}, {y}, {z}){nodes}{elements}"));
+        for part in wrapped(&format!("at ({x}, {y}, {z}){nodes}{elements}")) {
+            line(out, format_args!("    {part}"));
+        }
     }
 }
 

@@ -20,7 +20,7 @@ use glam::DVec3;
 
 /// Nodes nearer than this share of the diagonal of the mesh's box are in one place: single precision, in which many formats hold coordinates, rounds to a sixteenth of it.
 pub const SAME_PLACE: f64 = 1e-6;
-/// A node nearer than this share of its length lies on an edge: seen from the node, the ends are then less than 2.3 degrees from opposite each other.
+/// A node nearer than this share of its length lies on an edge: seen from a node in its middle, the edge then turns by less than 2.3 degrees.
 pub const ON_EDGE: f64 = 0.01;
 
 /// Everything odd in a mesh.

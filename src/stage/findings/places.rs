@@ -69,7 +69,12 @@ pub(super) fn t_connections(
         .map(|sides| {
             let ends = sides[0].ends;
             let [a, b] = ends.map(|n| mesh.nodes[n]);
-            let near = tree.near_segment([a, b], ON_EDGE * a.distance(b), MOST_ON_EDGE);
+            // Between ends in one place there is no place left; in a heap of nodes every edge is such.
+            let length = a.distance(b);
+            if length <= 2.0 * reach {
+                return Vec::new();
+            }
+            let near = tree.near_segment([a, b], ON_EDGE * length, MOST_ON_EDGE);
             near.into_iter()
                 .map(NodeId)
                 .filter(|&node| {
