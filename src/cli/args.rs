@@ -284,6 +284,25 @@ mod tests {
     }
 
     #[test]
+    fn an_audit_holds_edges_against_the_size_and_leaves_the_rest() {
+        let options = |line: &str| {
+            let cli = Cli::try_parse_from(line.split(' ')).unwrap();
+            let Verb::Audit(args) = cli.command else {
+                panic!("not audit")
+            };
+            args.options()
+        };
+        assert_eq!(options("midshell audit a.inp"), MeshOptions::default());
+        let want = MeshOptions {
+            size: Some(5.0),
+            unit: Some(LengthUnit::Inch),
+            ..MeshOptions::default()
+        };
+        let line = "midshell audit a.inp --solid a.stl --unit in --size 5";
+        assert_eq!(options(line), want);
+    }
+
+    #[test]
     fn every_choice_reaches_the_library() {
         let line = "midshell mesh a.step -o a.inp --size -2.5 --size-curvature 24 --element quad --unit in --gmsh /g --time-limit 1.5 --dump d";
         let cli = Cli::try_parse_from(line.split(' ')).unwrap();
@@ -314,6 +333,8 @@ mod tests {
         // Where its lines break depends on the terminal.
         let help = help.split_whitespace().collect::<Vec<_>>().join(" ");
         assert!(help.contains(&format!("[default: {}]", defaults.element)));
+        let profile = format!("of one of these [default: {}]", defaults.profile.name);
+        assert!(help.contains(&profile), "{profile} not in\n{help}");
         let limit = format!("by the clock [default: {}]", defaults.time_limit.as_secs());
         assert!(help.contains(&limit), "{limit} not in\n{help}");
         let unit = format!("names none [default: {}]", LengthUnit::default());

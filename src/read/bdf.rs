@@ -43,11 +43,12 @@ const SOLIDS: [&str; 7] = [
 
 /// Reads a whole file.
 pub(super) fn parse(bytes: &[u8]) -> Result<Raw, ReadError> {
-    let cards = cards(bytes);
     let mut raw = Raw::default();
     let mut numbers = Numbers::default();
     let mut plates: HashMap<u64, f64> = HashMap::new();
-    for card in &cards {
+    // Elements may stand before their nodes.
+    for card in cards(bytes) {
+        let card = &card;
         match card.name.as_str() {
             "GRID" => grid(card, &mut raw, &mut numbers)?,
             "PSHELL" => {
@@ -66,7 +67,8 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Raw, ReadError> {
         }
     }
     let mut seen = HashSet::new();
-    for card in &cards {
+    for card in cards(bytes) {
+        let card = &card;
         if let Some(layout) = layout(&card.name) {
             let number = required(card, 0, "the number of an element")?;
             if !seen.insert(number) {

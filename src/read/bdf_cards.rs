@@ -62,50 +62,64 @@ fn real(field: &str) -> Option<f64> {
         .ok()
 }
 
-/// The cards of a deck; executive and case control are left out.
-pub(super) fn cards(bytes: &[u8]) -> Vec<Card> {
+/// The cards of a deck one by one, so that a large one is never in memory field by field; executive and case control are left out.
+pub(super) fn cards(bytes: &[u8]) -> impl Iterator<Item = Card> {
     let begins = |line: &[u8]| {
         let mut words = line
             .split(u8::is_ascii_whitespace)
             .filter(|w| !w.is_empty());
-        let mut word = |text: &str| {
-            words
-                .next()
-                .is_some_and(|w| w.eq_ignore_ascii_case(text.as_bytes()))
+        let mut begins_with = |text: &[u8]| {
+            words.next().is_some_and(|w| {
+                w.len() >= text.len() && w[..text.len()].eq_ignore_ascii_case(text)
+            })
         };
-        word("BEGIN")
-            && words
-                .next()
-                .is_some_and(|w| w[..w.len().min(4)].eq_ignore_ascii_case(b"BULK"))
+        begins_with(b"BEGIN") && begins_with(b"BULK")
     };
     let lines = || (1..).zip(bytes.split(|&b| b == b'\n'));
     let first = lines()
         .find(|(_, line)| begins(line))
         .map_or(0, |(number, _)| number);
-    let mut cards: Vec<Card> = Vec::new();
-    for (number, line) in lines().skip(first) {
-        let line = line.split(|&b| b == b'$').next().unwrap_or_default();
-        let text = untabbed(&String::from_utf8_lossy(line));
-        let text = text.trim_end();
-        if text.is_empty() {
-            continue;
+    let mut pieces = (lines().skip(first)).filter_map(|(number, line)| piece(number, line));
+    let mut open: Option<Card> = None;
+    let mut is_over = false;
+    std::iter::from_fn(move || {
+        while !is_over {
+            match pieces.next() {
+                Some((card, true)) if open.is_some() => {
+                    if let Some(open) = &mut open {
+                        open.fields.extend(card.fields);
+                    }
+                }
+                Some((card, _)) => {
+                    is_over = card.name == "ENDDATA";
+                    let next = Some(card).filter(|_| !is_over);
+                    if let Some(whole) = std::mem::replace(&mut open, next) {
+                        return Some(whole);
+                    }
+                }
+                None => is_over = true,
+            }
         }
-        let (name, fields) = split(text);
-        let word = name.trim_end_matches('*').trim();
-        let goes_on = name.is_empty() || name.starts_with(['+', '*']);
-        if word.eq_ignore_ascii_case("ENDDATA") {
-            break;
-        }
-        match cards.last_mut() {
-            Some(card) if goes_on => card.fields.extend(fields),
-            _ => cards.push(Card {
-                line: number,
-                name: word.to_ascii_uppercase(),
-                fields,
-            }),
-        }
+        open.take()
+    })
+}
+
+/// A line as a card, and whether it goes on with the one before; none for an empty one.
+fn piece(number: usize, line: &[u8]) -> Option<(Card, bool)> {
+    let line = line.split(|&b| b == b'$').next().unwrap_or_default();
+    let text = untabbed(&String::from_utf8_lossy(line));
+    let text = text.trim_end();
+    if text.is_empty() {
+        return None;
     }
-    cards
+    let (name, fields) = split(text);
+    let goes_on = name.is_empty() || name.starts_with(['+', '*']);
+    let card = Card {
+        line: number,
+        name: name.trim_end_matches('*').trim().to_ascii_uppercase(),
+        fields,
+    };
+    Some((card, goes_on))
 }
 
 /// Name (or mark of continuation) and fields of a line: eight, or four of a wide one.
@@ -157,7 +171,7 @@ mod tests {
     use super::*;
 
     fn only(text: &str) -> Card {
-        let mut cards = cards(text.as_bytes());
+        let mut cards: Vec<Card> = cards(text.as_bytes()).collect();
         assert_eq!(cards.len(), 1, "{cards:?}");
         cards.remove(0)
     }

@@ -162,3 +162,92 @@ fn worst(out: &mut String, report: &MeshAuditReport) {
         );
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::mesh_audit::{FindingKind, Located, SheetNormals};
+    use crate::model::report::Profile;
+    use crate::stage::quality::quality;
+    use crate::test_parts::plate_mesh;
+    use glam::DVec3;
+
+    fn report(found: usize) -> MeshAuditReport {
+        let quality = quality(&plate_mesh(20, 12), &Profile::shell(), None);
+        let place = Located {
+            at: DVec3::new(-123_456.7, 0.000_123, 98_765.4),
+            nodes: vec![123_456_789; 9],
+            elements: vec![987_654_321; 9],
+        };
+        let finding = |kind: FindingKind| FindingReport {
+            kind,
+            fault: kind.is_fault(),
+            meaning: kind.meaning(),
+            remedy: kind.remedy(),
+            count: found,
+            places: vec![place.clone(); found],
+        };
+        let sheet = |sheet| SheetNormals {
+            sheet,
+            elements: 12,
+            area: 300.0,
+            opposite_edges: usize::from(sheet == 19),
+            turned: 1,
+            one_sided: sheet == 19,
+        };
+        MeshAuditReport {
+            input: "door.bdf".into(),
+            format: "Nastran deck",
+            notes: vec!["a note ".repeat(30)],
+            without_thickness: 0,
+            sheets_named: false,
+            worst_numbers: (1001..=1010).collect(),
+            quality,
+            findings: FindingKind::ALL.map(finding).to_vec(),
+            sheets: (1..=20).map(sheet).collect(),
+            solid: None,
+            audit: None,
+            faults: vec!["t-connections: they were found ".repeat(8); found.min(1)],
+        }
+    }
+
+    #[test]
+    fn a_sound_mesh_is_called_so_and_a_doubted_one_says_where() {
+        let sound = render_mesh_audit(&report(0));
+        assert!(
+            sound.contains("\nsound: 273 nodes, 240 elements (240 quads, 0 triangles), 20 sheets")
+        );
+        assert!(!sound.contains('!') && !sound.contains("at (-"));
+        // The numbers of the file, not places in a list.
+        assert!(sound.contains("\n        1001         1         1   ("));
+        let doubted = render_mesh_audit(&report(5));
+        assert!(doubted.contains("\ndoubted: 273 nodes"));
+        // Three places of each kind that is a fault.
+        assert_eq!(doubted.matches("at (-123457, ").count(), 3 * 5, "{doubted}");
+        assert!(
+            doubted.contains("! t connections                  5"),
+            "{doubted}"
+        );
+        assert!(
+            doubted.contains("  free edges                     5"),
+            "{doubted}"
+        );
+    }
+
+    #[test]
+    fn lines_fit_a_terminal_and_what_is_odd_comes_first() {
+        let text = render_mesh_audit(&report(5));
+        for line in text.lines() {
+            assert!(
+                line.chars().count() <= 100 && !line.ends_with(' '),
+                "{line}"
+            );
+        }
+        let of_sheets: Vec<&str> = text
+            .lines()
+            .skip_while(|l| !l.contains("to turn"))
+            .collect();
+        assert!(of_sheets[1].starts_with("     19") && of_sheets[1].ends_with("one-sided"));
+        assert!(text.contains("and 8 sheets more"));
+    }
+}
