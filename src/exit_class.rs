@@ -6,13 +6,13 @@ use serde::Serialize;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum ExitClass {
-    /// The result is written and its own audit found nothing against it.
+    /// The result is written and its own audit found nothing against it; or an audited mesh has nothing against it.
     Right,
-    /// The result is written, but its own audit doubts it.
+    /// The result is written, but its own audit doubts it; or an audited mesh breaks the criteria, hangs together badly, or does not fit its solid.
     Doubted,
     /// The command line asks for something that cannot be.
     BadUsage,
-    /// The input, a CAD file or facets (STL, OBJ, PLY), cannot be read or is not a closed solid.
+    /// The input, a CAD file or facets (STL, OBJ, PLY), cannot be read or is not a closed solid; or a mesh cannot be read or has no shells.
     BadInput,
     /// The solid has no thin wall: there is nothing to put a shell on.
     NoThinWall,
@@ -54,11 +54,15 @@ impl ExitClass {
     /// One line for people.
     pub fn meaning(self) -> &'static str {
         match self {
-            ExitClass::Right => "the result is written, and right by its own audit",
-            ExitClass::Doubted => "the result is written, but doubted by its own audit",
+            ExitClass::Right => {
+                "the result is written, and right by its own audit, or an audited mesh is sound"
+            }
+            ExitClass::Doubted => {
+                "the result is written, but doubted by its own audit, or an audited mesh is not sound"
+            }
             ExitClass::BadUsage => "bad usage",
             ExitClass::BadInput => {
-                "the input (CAD file or facets) cannot be read or is not a closed solid"
+                "the input cannot be read, is no closed solid (CAD file, facets), or has no shells (mesh)"
             }
             ExitClass::NoThinWall => "no thin wall found",
             ExitClass::ToolFailed => {

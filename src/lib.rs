@@ -1,6 +1,7 @@
 //! **midshell**: from a thin-walled solid to a connected shell mesh on its mid-surface.
 
 pub mod charts;
+pub mod criteria;
 pub mod doctor;
 pub mod exit_class;
 pub mod export;
@@ -11,6 +12,7 @@ pub mod medial;
 pub mod model;
 pub mod options;
 pub mod pipeline;
+pub mod read;
 pub mod report_text;
 pub mod solve;
 pub mod spatial;

@@ -5,6 +5,7 @@
 
 use crate::model::element_shape::{ElementShape, UnknownShape};
 use crate::model::length_unit::{LengthUnit, UnknownUnit};
+use crate::model::profile::{Profile, ProfileFault};
 use std::path::PathBuf;
 use std::time::Duration;
 
@@ -30,6 +31,8 @@ pub struct MeshOptions {
     pub time_limit: Duration,
     /// A folder for the result of every stage, to look into a run that went wrong. None: nothing is kept.
     pub dump: Option<PathBuf>,
+    /// The criteria that the report holds elements against.
+    pub profile: Profile,
 }
 
 impl Default for MeshOptions {
@@ -42,6 +45,7 @@ impl Default for MeshOptions {
             gmsh: None,
             time_limit: TIME_LIMIT,
             dump: None,
+            profile: Profile::default(),
         }
     }
 }
@@ -74,6 +78,9 @@ pub enum OptionFault {
     /// A unit that we do not know.
     #[error(transparent)]
     Unit(#[from] UnknownUnit),
+    /// Criteria that mean nothing.
+    #[error(transparent)]
+    Profile(#[from] ProfileFault),
 }
 
 /// Three chords are the fewest that still go round something.
@@ -99,6 +106,9 @@ impl OptionFault {
                 let names: Vec<&str> = ElementShape::NAMED.iter().map(|n| n.0).collect();
                 format!("choose one of: {}", names.join(", "))
             }
+            OptionFault::Profile(_) => {
+                "mend the criteria, or choose a profile that comes with the program".into()
+            }
             OptionFault::Unit(_) => {
                 let names: Vec<&str> = LengthUnit::NAMED.iter().map(|n| n.0).collect();
                 format!("choose one of: {}", names.join(", "))
@@ -123,7 +133,10 @@ impl MeshOptions {
         if self.time_limit.is_zero() {
             return Err(OptionFault::TimeLimit);
         }
-        Ok(())
+        match self.profile.check().into_iter().next() {
+            Some(fault) => Err(fault.into()),
+            None => Ok(()),
+        }
     }
 
     /// Whether the size suits a part whose box has this diagonal (mm). A larger size is refused, not clamped: it is nearly always a wrong unit.

@@ -2,7 +2,13 @@
 //!
 //! Plain text, no colour, no more than 100 columns. Nothing here measures or decides.
 
-use crate::model::report::{AuditReport, DoubtRule, MetricSummary, QualityReport, Verdict};
+mod mesh_audit;
+
+pub use mesh_audit::render_mesh_audit;
+
+use crate::model::report::{
+    AuditReport, Criterion, DoubtRule, MetricSummary, QualityReport, Verdict,
+};
 use std::fmt::Write;
 
 /// Widest line of the explanations.
@@ -52,6 +58,7 @@ pub fn render(audit: &AuditReport, quality: &QualityReport) -> String {
     audit_table(&mut out, audit);
     out.push('\n');
     quality_table(&mut out, quality);
+    worst_line(&mut out, quality);
     out
 }
 
@@ -209,6 +216,9 @@ fn quality_table(out: &mut String, quality: &QualityReport) {
     for (criterion, count) in &quality.failures {
         line(out, format_args!("    {count} fail {}", words(criterion)));
     }
+}
+
+fn worst_line(out: &mut String, quality: &QualityReport) {
     if let Some(worst) = quality.worst.first().filter(|w| !w.fails.is_empty()) {
         let c = worst.centre;
         line(
@@ -235,16 +245,9 @@ fn line(out: &mut String, text: std::fmt::Arguments<'_>) {
     out.push('\n');
 }
 
-/// `EdgeRatio` as `edge ratio`.
-fn words(criterion: &impl std::fmt::Debug) -> String {
-    let mut out = String::new();
-    for c in format!("{criterion:?}").chars() {
-        if c.is_uppercase() && !out.is_empty() {
-            out.push(' ');
-        }
-        out.extend(c.to_lowercase());
-    }
-    out
+/// `scaled-jacobian` as `scaled jacobian`.
+fn words(criterion: &Criterion) -> String {
+    criterion.code().replace('-', " ")
 }
 
 /// One block a bin, as high as its share of the fullest.
@@ -268,7 +271,11 @@ fn percent(share: f64) -> String {
 }
 
 fn signed(share: f64) -> String {
-    format!("{:+.2} %", 100.0 * share)
+    if share.is_finite() {
+        format!("{:+.2} %", 100.0 * share)
+    } else {
+        "-".to_owned()
+    }
 }
 
 /// Four digits, and no exponent in the range that drawings use.

@@ -36,7 +36,12 @@ fn help_and_readme_show_the_one_table_of_statuses() {
         .collect();
     let readme = include_str!("../README.md");
     assert_eq!(status_lines(readme), table, "README.md");
-    for arguments in [&["--help"][..], &["mesh", "--help"], &["mesh", "-h"]] {
+    for arguments in [
+        &["--help"][..],
+        &["mesh", "--help"],
+        &["mesh", "-h"],
+        &["audit", "--help"],
+    ] {
         let (status, out, err) = said(arguments);
         assert_eq!((status, err.as_str()), (0, ""));
         assert_eq!(status_lines(&out), table, "{arguments:?}");
@@ -71,6 +76,9 @@ fn bad_usage_ends_with_two_and_an_empty_stdout() {
         &["mesh", "a.step", "-o", "a.vtu", "-o", "./a.vtu"],
         &["mesh", "a.step", "-o", "a.vtu", "--json", "a.vtu"],
         &["inspect"],
+        &["audit"],
+        &["audit", "a.vtu", "--profile"],
+        &["audit", "a.vtu", "--profile", "unknown"],
         &["completions", "tcsh"],
     ] {
         let (status, out, err) = said(arguments);
@@ -96,7 +104,7 @@ fn completions_know_every_verb() {
     for shell in ["bash", "zsh", "fish", "elvish", "powershell"] {
         let (status, out, err) = said(&["completions", shell]);
         assert_eq!((status, err.as_str()), (0, ""));
-        for verb in ["mesh", "inspect", "doctor", "size-curvature"] {
+        for verb in ["mesh", "inspect", "audit", "doctor", "size-curvature"] {
             assert!(out.contains(verb), "{shell}: {verb}");
         }
     }

@@ -6,6 +6,8 @@ use clap_complete::Shell;
 use midshell::exit_class::ExitClass;
 use midshell::model::element_shape::ElementShape;
 use midshell::model::length_unit::LengthUnit;
+use midshell::model::metric::{QUAD_METRICS, TRIANGLE_METRICS, bare};
+use midshell::model::profile::Profile;
 use midshell::options::MeshOptions;
 use std::path::PathBuf;
 use std::time::Duration;
@@ -17,6 +19,8 @@ Examples:
   midshell mesh scan.stl -o scan.vtu
   midshell mesh hood.step -o hood.inp --format abaqus --size-curvature 24 --timings
   midshell inspect bracket.step
+  midshell audit bracket.inp --solid bracket.step
+  midshell audit door.bdf --profile crash --csv door.csv -o failing.vtu
   midshell doctor
   midshell completions bash > ~/.local/share/bash-completion/completions/midshell";
 
@@ -35,6 +39,9 @@ pub enum Verb {
     Mesh(MeshArgs),
     /// Show what a part is made of: solids, faces, walls, thickness, sheets, junctions, lumps
     Inspect(InspectArgs),
+    /// Judge a shell mesh, whoever made it: element quality, free edges, T-connections, duplicates, normals; against its solid, if that is given
+    #[command(after_help = audit_help())]
+    Audit(AuditArgs),
     /// Show which gmsh would run, what is missing, and the command that mends it
     Doctor(DoctorArgs),
     /// Print a completion script for a shell
@@ -50,6 +57,13 @@ pub struct SourceArgs {
     /// The part: a CAD file (STEP, IGES, BREP) or closed facets (STL, OBJ, PLY; lengths in --unit)
     #[arg(value_name = "IN", value_hint = ValueHint::FilePath)]
     pub input: PathBuf,
+    #[command(flatten)]
+    pub run: RunArgs,
+}
+
+/// How a part is read, and how much is said.
+#[derive(Args, Debug)]
+pub struct RunArgs {
     /// Unit of the lengths in a STL, OBJ or PLY file, which names none [default: mm]
     #[arg(long, value_parser = units())]
     pub unit: Option<String>,
@@ -93,6 +107,8 @@ pub struct MeshArgs {
     pub element: Option<String>,
     #[arg(long, value_name = "F", help = format_help())]
     pub format: Option<String>,
+    #[command(flatten)]
+    pub criteria: CriteriaArgs,
     /// Write the report as JSON; - is the terminal
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     pub json: Option<PathBuf>,
@@ -104,6 +120,40 @@ pub struct MeshArgs {
     pub dump: Option<PathBuf>,
     #[command(flatten)]
     pub source: SourceArgs,
+}
+
+/// What elements are held against.
+#[derive(Args, Debug)]
+pub struct CriteriaArgs {
+    /// The criteria: shell, crash, or a TOML file with limits that stand on top of one of these [default: shell]
+    #[arg(long, value_name = "NAME|FILE", value_hint = ValueHint::FilePath)]
+    pub profile: Option<PathBuf>,
+}
+
+#[derive(Args, Debug)]
+pub struct AuditArgs {
+    /// The mesh: .vtu, .msh, .inp (Abaqus, CalculiX), .bdf (.nas, .fem) or .stl
+    #[arg(value_name = "MESH", value_hint = ValueHint::FilePath)]
+    pub mesh: PathBuf,
+    /// The solid that the mesh stands for, a CAD file or closed facets: distance to both sides, area covered, topology and mass are held against it
+    #[arg(long, value_name = "PART", value_hint = ValueHint::FilePath)]
+    pub solid: Option<PathBuf>,
+    #[command(flatten)]
+    pub criteria: CriteriaArgs,
+    /// Edge length that was asked for, in mm: the shortest edges are held against it [default: no edge is too short]
+    #[arg(long, value_name = "H", allow_hyphen_values = true)]
+    pub size: Option<f64>,
+    /// Write the elements that break a criterion as VTU, with a field a criterion
+    #[arg(short, long = "output", value_name = "OUT", value_hint = ValueHint::FilePath)]
+    pub output: Option<PathBuf>,
+    /// Write the report as JSON; - is the terminal
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
+    pub json: Option<PathBuf>,
+    /// Write every metric of every element as CSV
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
+    pub csv: Option<PathBuf>,
+    #[command(flatten)]
+    pub run: RunArgs,
 }
 
 #[derive(Args, Debug)]
@@ -121,7 +171,7 @@ pub struct DoctorArgs {
     pub tool: ToolArgs,
 }
 
-impl SourceArgs {
+impl RunArgs {
     /// The library's options with what the user chose.
     pub fn options(&self) -> MeshOptions {
         let mut options = MeshOptions {
@@ -144,13 +194,23 @@ impl MeshArgs {
             size: self.size,
             size_curvature: self.size_curvature,
             dump: self.dump.clone(),
-            ..self.source.options()
+            ..self.source.run.options()
         };
         // clap let only known names through.
         if let Some(shape) = self.element.as_deref().and_then(|name| name.parse().ok()) {
             options.element = shape;
         }
         options
+    }
+}
+
+impl AuditArgs {
+    /// The library's options with what the user chose.
+    pub fn options(&self) -> MeshOptions {
+        MeshOptions {
+            size: self.size,
+            ..self.run.options()
+        }
     }
 }
 
@@ -176,7 +236,28 @@ fn seconds(text: &str) -> Result<Duration, String> {
 
 /// Examples and the exit statuses, below every long help.
 fn after_help() -> String {
-    let mut text = format!("{EXAMPLES}\n\nExit status:\n");
+    format!("{EXAMPLES}\n\n{}", statuses())
+}
+
+/// The limits that a criteria file may name, and the exit statuses.
+fn audit_help() -> String {
+    let names = |list: &[&'static str]| {
+        let names: Vec<&str> = list.iter().map(|n| bare(n)).collect();
+        names.join(", ")
+    };
+    format!(
+        "{EXAMPLES}\n\nA criteria file (TOML) may hold: name, base ({}), edge_ratio_max, warp_deg_max, skew_deg_max, scaled_jacobian_min, quad_angle_deg = [from, to], \
+         triangle_angle_deg = [from, to], triangle_share_max, shortest_edge_min (over --size),\nand below [quad] or [triangle] any metric as NAME = {{ min = A, max = B }}:\n  \
+         quad: {}\n  triangle: {}\n\n{}",
+        Profile::NAMES.join(" or "),
+        names(&QUAD_METRICS),
+        names(&TRIANGLE_METRICS),
+        statuses()
+    )
+}
+
+fn statuses() -> String {
+    let mut text = String::from("Exit status:\n");
     for class in ExitClass::ALL {
         text.push_str(&format!("  {:>2}  {}\n", class.code(), class.meaning()));
     }
@@ -203,6 +284,25 @@ mod tests {
     }
 
     #[test]
+    fn an_audit_holds_edges_against_the_size_and_leaves_the_rest() {
+        let options = |line: &str| {
+            let cli = Cli::try_parse_from(line.split(' ')).unwrap();
+            let Verb::Audit(args) = cli.command else {
+                panic!("not audit")
+            };
+            args.options()
+        };
+        assert_eq!(options("midshell audit a.inp"), MeshOptions::default());
+        let want = MeshOptions {
+            size: Some(5.0),
+            unit: Some(LengthUnit::Inch),
+            ..MeshOptions::default()
+        };
+        let line = "midshell audit a.inp --solid a.stl --unit in --size 5";
+        assert_eq!(options(line), want);
+    }
+
+    #[test]
     fn every_choice_reaches_the_library() {
         let line = "midshell mesh a.step -o a.inp --size -2.5 --size-curvature 24 --element quad --unit in --gmsh /g --time-limit 1.5 --dump d";
         let cli = Cli::try_parse_from(line.split(' ')).unwrap();
@@ -217,6 +317,7 @@ mod tests {
             gmsh: Some("/g".into()),
             time_limit: Duration::from_millis(1500),
             dump: Some("d".into()),
+            ..MeshOptions::default()
         };
         assert_eq!(args.options(), want);
     }
@@ -232,6 +333,8 @@ mod tests {
         // Where its lines break depends on the terminal.
         let help = help.split_whitespace().collect::<Vec<_>>().join(" ");
         assert!(help.contains(&format!("[default: {}]", defaults.element)));
+        let profile = format!("of one of these [default: {}]", defaults.profile.name);
+        assert!(help.contains(&profile), "{profile} not in\n{help}");
         let limit = format!("by the clock [default: {}]", defaults.time_limit.as_secs());
         assert!(help.contains(&limit), "{limit} not in\n{help}");
         let unit = format!("names none [default: {}]", LengthUnit::default());

@@ -1,13 +1,16 @@
 //! One function a verb.
 
-use super::args::{Cli, DoctorArgs, InspectArgs, MeshArgs, SourceArgs, Verb};
+use super::args::{Cli, DoctorArgs, InspectArgs, MeshArgs, RunArgs, Verb};
+use super::audit::audit;
 use super::complaint::Complaint;
 use super::console::{self, Reporter};
 use super::format::format_of;
+use super::profile::profile;
 use clap::CommandFactory;
 use midshell::doctor;
 use midshell::exit_class::ExitClass;
 use midshell::export::{self, ExportOptions, Format};
+use midshell::options::MeshOptions;
 use midshell::pipeline::{self, MeshRun};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
@@ -20,6 +23,7 @@ pub fn run(cli: &Cli) -> Result<ExitClass, Complaint> {
     match &cli.command {
         Verb::Mesh(args) => mesh(args),
         Verb::Inspect(args) => inspect(args),
+        Verb::Audit(args) => audit(args),
         Verb::Doctor(args) => examine(args),
         Verb::Completions { shell } => {
             let mut script = Vec::new();
@@ -32,7 +36,10 @@ pub fn run(cli: &Cli) -> Result<ExitClass, Complaint> {
 
 fn mesh(args: &MeshArgs) -> Result<ExitClass, Complaint> {
     let input = &args.source.input;
-    let options = args.options();
+    let options = MeshOptions {
+        profile: profile(&args.criteria)?,
+        ..args.options()
+    };
     options
         .check()
         .map_err(|fault| Complaint::options("mesh", input, &fault))?;
@@ -47,8 +54,10 @@ fn mesh(args: &MeshArgs) -> Result<ExitClass, Complaint> {
         export::probe(path).map_err(|e| Complaint::output(input, &e))?;
     }
 
-    let reporter = Reporter::new(input, args.source.quiet, args.source.verbose);
-    let run = with_threads(&args.source, || pipeline::mesh(input, &options, &reporter))?;
+    let reporter = Reporter::new(input, args.source.run.quiet, args.source.run.verbose);
+    let run = with_threads(&args.source.run, || {
+        pipeline::mesh(input, &options, &reporter)
+    })?;
     reporter.finish();
     let run = run.map_err(|e| Complaint::pipeline("mesh", input, &e))?;
 
@@ -112,7 +121,7 @@ fn tell(args: &MeshArgs, run: &MeshRun, json: &str) -> Result<(), Complaint> {
     let mut text = String::new();
     if is_stdout(&args.json) {
         text.push_str(json);
-    } else if !args.source.quiet {
+    } else if !args.source.run.quiet {
         text.push_str(&run.report.to_string());
         for path in &args.outputs {
             text.push_str(&format!("wrote {}\n", path.display()));
@@ -145,7 +154,7 @@ fn timing_table(timings: &[(String, f64)]) -> String {
 
 fn inspect(args: &InspectArgs) -> Result<ExitClass, Complaint> {
     let input = &args.source.input;
-    let options = args.source.options();
+    let options = args.source.run.options();
     options
         .check()
         .map_err(|fault| Complaint::options("inspect", input, &fault))?;
@@ -154,8 +163,8 @@ fn inspect(args: &InspectArgs) -> Result<ExitClass, Complaint> {
     if let Some(path) = file {
         export::probe(path).map_err(|e| Complaint::output(input, &e))?;
     }
-    let reporter = Reporter::new(input, args.source.quiet, args.source.verbose);
-    let found = with_threads(&args.source, || {
+    let reporter = Reporter::new(input, args.source.run.quiet, args.source.run.verbose);
+    let found = with_threads(&args.source.run, || {
         pipeline::inspect(input, &options, &reporter)
     })?;
     reporter.finish();
@@ -167,7 +176,7 @@ fn inspect(args: &InspectArgs) -> Result<ExitClass, Complaint> {
     }
     if is_stdout(&args.json) {
         console::result(&json)?;
-    } else if !args.source.quiet {
+    } else if !args.source.run.quiet {
         console::result(&found.to_string())?;
     }
     Ok(ExitClass::Right)
@@ -202,11 +211,11 @@ fn examine(args: &DoctorArgs) -> Result<ExitClass, Complaint> {
 }
 
 /// Runs `work` in a pool of the size that the user asked for.
-fn with_threads<T: Send>(
-    source: &SourceArgs,
+pub(super) fn with_threads<T: Send>(
+    run: &RunArgs,
     work: impl FnOnce() -> T + Send,
 ) -> Result<T, Complaint> {
-    let Some(count) = source.threads else {
+    let Some(count) = run.threads else {
         return Ok(work());
     };
     let pool = rayon::ThreadPoolBuilder::new()
@@ -223,7 +232,7 @@ fn with_threads<T: Send>(
 }
 
 /// An output that is the input, or another output, would destroy it.
-fn refuse_clashes(input: &Path, outputs: &[&PathBuf]) -> Result<(), Complaint> {
+pub(super) fn refuse_clashes(input: &Path, outputs: &[&PathBuf]) -> Result<(), Complaint> {
     // Files that are not there yet have no canonical path: they are compared by their folder's.
     let place = |path: &Path| {
         path.canonicalize().ok().or_else(|| {
@@ -254,15 +263,15 @@ fn refuse_clashes(input: &Path, outputs: &[&PathBuf]) -> Result<(), Complaint> {
     Ok(())
 }
 
-fn json_file(json: &Option<PathBuf>) -> Option<&PathBuf> {
+pub(super) fn json_file(json: &Option<PathBuf>) -> Option<&PathBuf> {
     json.as_ref().filter(|path| path.as_os_str() != STDOUT)
 }
 
-fn is_stdout(json: &Option<PathBuf>) -> bool {
+pub(super) fn is_stdout(json: &Option<PathBuf>) -> bool {
     json.as_ref().is_some_and(|path| path.as_os_str() == STDOUT)
 }
 
-fn to_json(value: &impl Serialize) -> Result<String, Complaint> {
+pub(super) fn to_json(value: &impl Serialize) -> Result<String, Complaint> {
     match serde_json::to_string_pretty(value) {
         Ok(text) => Ok(text + "\n"),
         Err(e) => Err(Complaint::bug(&e.to_string())),
@@ -298,7 +307,7 @@ mod tests {
             panic!("not mesh")
         };
         assert_eq!(
-            with_threads(&args.source, rayon::current_num_threads),
+            with_threads(&args.source.run, rayon::current_num_threads),
             Ok(3)
         );
     }

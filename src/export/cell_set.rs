@@ -4,7 +4,7 @@ use super::vtu::{array, begin, end, reals};
 use glam::DVec3;
 use smallvec::SmallVec;
 
-/// Cells of three corners (triangles) or four (tets).
+/// Cells of three corners (triangles) or four (tets, or quads).
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct CellSet {
     /// #P positions.
@@ -13,6 +13,8 @@ pub struct CellSet {
     pub cells: Vec<SmallVec<[u32; 4]>>,
     /// Fields: a name and #C numbers.
     pub fields: Vec<(&'static str, Vec<f64>)>,
+    /// Whether cells of four corners are quads.
+    pub four_are_quads: bool,
 }
 
 /// The bytes of a VTU file.
@@ -32,11 +34,9 @@ pub fn render_cells(set: &CellSet) -> Vec<u8> {
     });
     let bytes = offsets.flat_map(i64::to_le_bytes);
     array(&mut out, "Int64", "offsets", 1, bytes);
-    // VTK's numbers for a triangle and a tetrahedron.
-    let types = set
-        .cells
-        .iter()
-        .map(|c| if c.len() == 3 { 5_u8 } else { 10 });
+    // VTK's numbers for a triangle, a quad and a tetrahedron.
+    let of_four = if set.four_are_quads { 9 } else { 10 };
+    let types = (set.cells.iter()).map(|c| if c.len() == 3 { 5_u8 } else { of_four });
     array(&mut out, "UInt8", "types", 1, types);
     out.push_str("</Cells>\n<CellData>\n");
     for (name, values) in &set.fields {
@@ -57,6 +57,7 @@ mod tests {
             points: vec![DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z],
             cells: vec![[0, 1, 2].as_slice().into(), [0, 1, 2, 3].as_slice().into()],
             fields: vec![("face", vec![7.0, 8.0])],
+            four_are_quads: false,
         };
         let text = String::from_utf8(render_cells(&set)).unwrap();
         for want in [
@@ -67,5 +68,12 @@ mod tests {
         ] {
             assert!(text.contains(want), "{want} not in\n{text}");
         }
+        let four_are_quads = true;
+        let quads = CellSet {
+            four_are_quads,
+            ..set
+        };
+        let text = String::from_utf8(render_cells(&quads)).unwrap();
+        assert!(text.contains("AgAAAAAAAAAFCQ=="), "{text}");
     }
 }

@@ -15,6 +15,7 @@ mod cell_set;
 mod cells;
 mod checked;
 mod deck;
+mod metrics_csv;
 mod mid_side;
 mod msh;
 mod nastran;
@@ -27,6 +28,7 @@ mod write;
 
 pub use cell_set::{CellSet, render_cells};
 pub use checked::ExportError;
+pub use metrics_csv::{MetricRow, render_metrics};
 pub use write::{WriteError, probe, write_all, write_all_with};
 
 use crate::model::shell::ShellMesh;

@@ -6,6 +6,7 @@ pub mod orient;
 pub mod pinhole;
 pub mod placer;
 pub mod planes;
+pub mod point_tree;
 pub mod quality;
 pub mod random;
 pub mod rim_loops;

@@ -4,68 +4,9 @@
 
 pub use super::doubt::{Doubt, DoubtRule, Place};
 use super::ids::ElementId;
+pub use super::profile::{Criterion, Profile};
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
-
-/// A criteria file: what an element must hold to pass. Angles in degrees.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Profile {
-    /// Its name in reports.
-    pub name: String,
-    /// Longest edge over shortest, at most.
-    pub edge_ratio_max: f64,
-    /// Angle between the normals of a quad's two triangles, at most.
-    pub warp_deg_max: f64,
-    /// Skew, at most.
-    pub skew_deg_max: f64,
-    /// Scaled Jacobian of a quad, at least.
-    pub scaled_jacobian_min: f64,
-    /// Corner angles of a quad, from and to.
-    pub quad_angle_deg: [f64; 2],
-    /// Corner angles of a triangle, from and to.
-    pub triangle_angle_deg: [f64; 2],
-    /// Share of triangles among the elements, at most.
-    pub triangle_share_max: f64,
-    /// Shortest edge over the target size, at least.
-    pub shortest_edge_min: f64,
-}
-
-impl Profile {
-    /// The default criteria: what pre-processors, crash guidelines and Verdict's acceptable ranges have in common.
-    pub fn shell() -> Self {
-        Self {
-            name: "shell".to_owned(),
-            edge_ratio_max: 5.0,
-            warp_deg_max: 15.0,
-            skew_deg_max: 60.0,
-            scaled_jacobian_min: 0.6,
-            quad_angle_deg: [45.0, 135.0],
-            triangle_angle_deg: [20.0, 120.0],
-            triangle_share_max: 0.05,
-            shortest_edge_min: 0.4,
-        }
-    }
-}
-
-/// A limit of a [`Profile`] that one element breaks.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Criterion {
-    /// Longest edge over shortest.
-    EdgeRatio,
-    /// Angle between a quad's two triangles.
-    Warp,
-    /// Skew.
-    Skew,
-    /// Scaled Jacobian.
-    ScaledJacobian,
-    /// A corner angle.
-    Angle,
-    /// Shortest edge against the target size.
-    ShortEdge,
-    /// A coordinate is not finite, so that nothing can be told.
-    NotFinite,
-}
 
 /// One metric over all triangles or all quads.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -269,17 +210,5 @@ impl AuditReport {
             Verdict::Right => &[],
             Verdict::Doubted(doubts) => doubts,
         }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_profile_round_trips() {
-        let profile: Profile =
-            toml::from_str(&toml::to_string(&Profile::shell()).unwrap()).unwrap();
-        assert_eq!(profile, Profile::shell());
     }
 }

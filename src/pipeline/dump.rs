@@ -123,7 +123,7 @@ fn tet_cells(piece: &Piece) -> CellSet {
             .iter()
             .map(|t| t.iter().map(|v| v.0).collect())
             .collect(),
-        fields: Vec::new(),
+        ..CellSet::default()
     }
 }
 
@@ -141,6 +141,7 @@ fn facet_cells(brep: &Brep) -> CellSet {
             ("face", field(&|f| f64::from(brep.faces[f].tag))),
             ("kind", field(&|f| f64::from(kind[f.index()] as u8))),
         ],
+        ..CellSet::default()
     }
 }
 
@@ -170,5 +171,6 @@ fn complex_cells(complex: &MidComplex) -> CellSet {
             ),
             ("most_round_an_edge", most),
         ],
+        ..CellSet::default()
     }
 }

@@ -4,6 +4,9 @@ use crate::exit_class::ExitClass;
 use crate::export::WriteError;
 use crate::import::ImportError;
 use crate::options::OptionFault;
+use crate::read::{MeshFormat, ReadError};
+use std::io;
+use std::path::PathBuf;
 
 /// Why a run has no result.
 #[derive(Debug, thiserror::Error)]
@@ -11,6 +14,32 @@ pub enum PipelineError {
     /// The file could not be read, or the tool that reads it failed.
     #[error(transparent)]
     Import(#[from] ImportError),
+    /// The mesh file is not there, or may not be read.
+    #[error("{} cannot be read: {cause}", path.display())]
+    NoMeshFile {
+        /// The mesh.
+        path: PathBuf,
+        /// What the system said.
+        cause: io::Error,
+    },
+    /// The extension of a mesh file belongs to no format that is read.
+    #[error("{}: no mesh format has the extension '{extension}'", path.display())]
+    UnknownMesh {
+        /// The mesh.
+        path: PathBuf,
+        /// Its extension.
+        extension: String,
+    },
+    /// The bytes of a mesh file are not what they should be.
+    #[error("{} ({}): {cause}", path.display(), format.name())]
+    BadMesh {
+        /// The mesh.
+        path: PathBuf,
+        /// What it was read as.
+        format: MeshFormat,
+        /// Where, and what is wrong there.
+        cause: ReadError,
+    },
     /// The options do not suit the part.
     #[error(transparent)]
     BadSize(#[from] OptionFault),
@@ -49,7 +78,10 @@ impl PipelineError {
                 | ImportError::BadMesh { .. },
             ) => ExitClass::ToolFailed,
             PipelineError::Import(ImportError::NoFolder { .. }) => ExitClass::OutputFailed,
-            PipelineError::Import(_) => ExitClass::BadInput,
+            PipelineError::Import(_)
+            | PipelineError::NoMeshFile { .. }
+            | PipelineError::UnknownMesh { .. }
+            | PipelineError::BadMesh { .. } => ExitClass::BadInput,
             PipelineError::BadSize(_) => ExitClass::BadUsage,
             PipelineError::NoThinWall { .. } => ExitClass::NoThinWall,
             PipelineError::Dump(_) => ExitClass::OutputFailed,
@@ -61,6 +93,11 @@ impl PipelineError {
     pub fn remedy(&self) -> String {
         match self {
             PipelineError::Import(e) => e.remedy(),
+            PipelineError::NoMeshFile { .. } => "check the path and the rights on the file".into(),
+            PipelineError::UnknownMesh { .. } => {
+                "give a shell mesh as .vtu, .msh, .inp, .bdf (.nas, .fem) or .stl; 'midshell mesh' and 'inspect' read CAD files".into()
+            }
+            PipelineError::BadMesh { cause, .. } => cause.remedy().into(),
             PipelineError::BadSize(fault) => fault.remedy(),
             PipelineError::NoThinWall { .. } => {
                 "a solid without thin walls wants a volume mesh; 'midshell inspect' shows what its faces see of each other".into()

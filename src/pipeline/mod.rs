@@ -8,6 +8,7 @@ mod fins;
 mod inspect;
 mod memory;
 mod merge;
+mod mesh_audit;
 mod middle;
 mod midsurface;
 mod report;
@@ -18,11 +19,11 @@ mod tidy;
 pub use error::PipelineError;
 pub use inspect::inspect;
 pub use memory::PeakMemory;
+pub use mesh_audit::{MeshAudit, audit_mesh};
 pub use report::{RunReport, SolidReport};
 
 use crate::import::{ImportOptions, Piece, import_cad_told};
 use crate::model::brep::Brep;
-use crate::model::report::Profile;
 use crate::model::shell::ShellMesh;
 use crate::options::MeshOptions;
 use crate::stage::{audit, quality};
@@ -106,15 +107,15 @@ fn mesh_pieces(
     let breps: Vec<&Brep> = pieces.iter().map(|p| &p.piece.brep).collect();
     let mut meshes = Vec::new();
     let mut solids = Vec::new();
-    let profile = Profile::shell();
     for seen in &pieces {
-        let (mesh, solid) = solid::mesh_solid(seen, options, &profile, clock)?;
+        let (mesh, solid) = solid::mesh_solid(seen, options, clock)?;
         meshes.push(mesh);
         solids.push(solid);
     }
     let mesh = merge::merge(meshes);
+    let profile = &options.profile;
     // The wanted length changes from place to place with curvature, so that no one length can be held against the edges.
-    let quality = clock.time("quality", || quality::quality(&mesh, &profile, None));
+    let quality = clock.time("quality", || quality::quality(&mesh, profile, None));
     let cell_quality = clock.time("quality", || quality::scaled_jacobians(&mesh).into_vec());
     let audit = clock.time("audit", || audit::audit(&breps, &mesh, AUDIT_SEED));
     Dump::new(options, None)?.mesh(&mesh, &cell_quality)?;

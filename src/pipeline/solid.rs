@@ -14,7 +14,6 @@ use crate::medial::Medial;
 use crate::model::brep::Brep;
 use crate::model::complex::MidComplex;
 use crate::model::element_shape::ElementShape;
-use crate::model::report::Profile;
 use crate::model::shell::ShellMesh;
 use crate::options::MeshOptions;
 use crate::stage::chart_mesh::Pattern;
@@ -25,11 +24,10 @@ use crate::stage::size::{self, Sizing};
 use crate::stage::{balance, parity, shell};
 use std::cell::OnceCell;
 
-/// The shell of one solid; quads that are good by the profile where such are asked for.
+/// The shell of one solid; quads where such are asked for.
 pub(super) fn mesh_solid(
     seen: &Seen,
     options: &MeshOptions,
-    profile: &Profile,
     clock: &mut Clock<'_>,
 ) -> Result<(ShellMesh, SolidReport), PipelineError> {
     let piece = &seen.piece;
@@ -72,7 +70,7 @@ pub(super) fn mesh_solid(
     let mesh = match options.element {
         ElementShape::Triangle => mesh,
         shape => clock.time("quads", || {
-            quads::pair_quads(&mesh, &diagonals, shape, profile)
+            quads::pair_quads(&mesh, &diagonals, shape, &options.profile)
         }),
     };
     let solid = SolidReport::new(brep, &found, sizing.target, &mesh);

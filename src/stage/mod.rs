@@ -10,6 +10,7 @@ pub mod decompose;
 pub mod divide;
 pub mod extract;
 pub mod fair;
+pub mod findings;
 pub mod flatten;
 pub mod kinks;
 pub mod pair;

@@ -5,6 +5,9 @@
 
 use crate::geom::quality::{QuadQuality, TriangleQuality, quad_quality, triangle_quality};
 use crate::model::ids::{ElementId, IndexVec};
+use crate::model::mesh_audit::ElementMetrics;
+use crate::model::metric::{QUAD_METRICS, TRIANGLE_METRICS, place_of};
+use crate::model::profile::Range;
 use crate::model::report::{Criterion, MetricSummary, Profile, QualityReport, WorstElement};
 use crate::model::shell::{Corners, ShellMesh};
 use glam::DVec3;
@@ -118,7 +121,10 @@ pub fn quality(mesh: &ShellMesh, profile: &Profile, size: Option<f64>) -> Qualit
     if quad_count > 0 {
         metrics.extend(QUAD.iter().map(|c| summary("quad", c, &quads, quad_count)));
     }
-    let fails: Vec<Vec<Criterion>> = all.iter().map(|q| broken(q, profile, size)).collect();
+    let extra = Extra::of(profile);
+    let fails: Vec<Vec<Criterion>> = (all.iter())
+        .map(|q| broken(q, profile, &extra, size))
+        .collect();
     let mut every: Vec<Criterion> = fails.iter().flatten().copied().collect();
     every.sort_unstable();
     let mut order: Vec<usize> = (0..all.len()).collect();
@@ -166,6 +172,51 @@ pub fn scaled_jacobians(mesh: &ShellMesh) -> IndexVec<ElementId, f64> {
     measure(mesh).iter().map(Quality::scaled_jacobian).collect()
 }
 
+/// Every metric of every element, and the criteria that it breaks. `size` as for [`quality`].
+pub fn table(mesh: &ShellMesh, profile: &Profile, size: Option<f64>) -> Vec<ElementMetrics> {
+    let extra = Extra::of(profile);
+    let measured = measure(mesh);
+    mesh.elements
+        .ids()
+        .zip(&measured)
+        .map(|(element, quality)| ElementMetrics {
+            element,
+            centre: centre(mesh, element),
+            area: quality.area(),
+            shortest: match quality {
+                Quality::Triangle(q) => q.shortest,
+                Quality::Quad(q) => q.shortest,
+            },
+            is_quad: matches!(quality, Quality::Quad(_)),
+            values: quality.values(),
+            fails: broken(quality, profile, &extra, size),
+        })
+        .collect()
+}
+
+/// The limits of a profile on single metrics, by the metric's place in its list.
+struct Extra {
+    quad: Vec<(usize, Range)>,
+    triangle: Vec<(usize, Range)>,
+}
+
+impl Extra {
+    /// Names that are no metric are left out: [`Profile::check`] finds them.
+    fn of(profile: &Profile) -> Self {
+        let places = |list: &[&str], limits: &std::collections::BTreeMap<String, Range>| {
+            let mut found: Vec<(usize, Range)> = (limits.iter())
+                .filter_map(|(name, range)| Some((place_of(list, name)?, *range)))
+                .collect();
+            found.sort_by_key(|(place, _)| *place);
+            found
+        };
+        Self {
+            quad: places(&QUAD_METRICS, &profile.quad),
+            triangle: places(&TRIANGLE_METRICS, &profile.triangle),
+        }
+    }
+}
+
 fn measure(mesh: &ShellMesh) -> Vec<Quality> {
     let at = |n| mesh.nodes.get(n).copied().unwrap_or(DVec3::NAN);
     mesh.elements
@@ -193,6 +244,15 @@ impl Quality {
             Quality::Quad(q) => q.scaled_jacobian,
         }
     }
+    /// In the order of the lists of metrics; NaN where a coordinate is not finite.
+    fn values(&self) -> Vec<f64> {
+        let sound = self.area().is_finite();
+        let value = |v: f64| if sound { v } else { f64::NAN };
+        match self {
+            Quality::Triangle(q) => TRIANGLE.iter().map(|c| value((c.value)(q))).collect(),
+            Quality::Quad(q) => QUAD.iter().map(|c| value((c.value)(q))).collect(),
+        }
+    }
     fn edge_ratio(&self) -> f64 {
         match self {
             Quality::Triangle(q) => q.edge_ratio,
@@ -208,7 +268,12 @@ impl Quality {
 }
 
 /// The criteria that an element breaks, in order.
-fn broken(quality: &Quality, profile: &Profile, size: Option<f64>) -> Vec<Criterion> {
+fn broken(
+    quality: &Quality,
+    profile: &Profile,
+    extra: &Extra,
+    size: Option<f64>,
+) -> Vec<Criterion> {
     let (min_angle, max_angle, range, skew, shortest, warp, jacobian) = match quality {
         Quality::Triangle(q) => (
             q.min_angle_deg,
@@ -257,7 +322,29 @@ fn broken(quality: &Quality, profile: &Profile, size: Option<f64>) -> Vec<Criter
     ]
     .into_iter()
     .filter_map(|(criterion, fails)| fails.then_some(criterion))
+    .chain(beyond(quality, extra, EPS))
     .collect()
+}
+
+/// The limits on single metrics that an element breaks. What is not a number breaks any.
+fn beyond(quality: &Quality, extra: &Extra, eps: f64) -> Vec<Criterion> {
+    let (limits, names): (_, &[&'static str]) = match quality {
+        Quality::Triangle(_) => (&extra.triangle, &TRIANGLE_METRICS),
+        Quality::Quad(_) => (&extra.quad, &QUAD_METRICS),
+    };
+    if limits.is_empty() {
+        return Vec::new();
+    }
+    let values = quality.values();
+    let within = |value: f64, range: &Range| {
+        let slack = |limit: f64| eps * limit.abs().max(1.0);
+        range.min.is_none_or(|min| value >= min - slack(min))
+            && range.max.is_none_or(|max| value <= max + slack(max))
+    };
+    (limits.iter())
+        .filter(|(place, range)| !within(values[*place], range))
+        .map(|(place, _)| Criterion::Metric(names[*place]))
+        .collect()
 }
 
 /// `count` is the number of elements, those of `of` and those with coordinates that are not finite.
@@ -356,6 +443,45 @@ mod tests {
                 .iter()
                 .all(|m| m.undefined == 4 && m.mean.is_finite())
         );
+    }
+
+    #[test]
+    fn columns_and_names_are_one_list() {
+        let bare = |list: &[&'static str]| -> Vec<&'static str> {
+            list.iter().map(|n| crate::model::metric::bare(n)).collect()
+        };
+        let triangle: Vec<&str> = TRIANGLE.iter().map(|c| c.name).collect();
+        let quad: Vec<&str> = QUAD.iter().map(|c| c.name).collect();
+        assert_eq!(
+            (triangle, quad),
+            (bare(&TRIANGLE_METRICS), bare(&QUAD_METRICS))
+        );
+    }
+
+    #[test]
+    fn a_limit_on_one_metric_is_held_and_the_table_says_so() {
+        // Rectangles of 5 by 5 stretched to 10 by 5: shape 4/5.
+        let mut mesh = plate_mesh(20, 12);
+        mesh.nodes.iter_mut().for_each(|p| p.x *= 2.0);
+        let mut profile = Profile::shell();
+        let range = |min, max| Range { min, max };
+        (profile.quad).insert("shape".to_owned(), range(Some(0.8), None));
+        (profile.quad).insert("taper".to_owned(), range(None, Some(0.0)));
+        assert_eq!(quality(&mesh, &profile, None).pass_share, 1.0);
+        (profile.quad).insert("shape".to_owned(), range(Some(0.81), None));
+        let report = quality(&mesh, &profile, None);
+        let criterion = Criterion::Metric("quad.shape");
+        assert_eq!(report.failures, vec![(criterion, 240)]);
+        let rows = table(&mesh, &profile, None);
+        assert_eq!(rows.len(), 240);
+        for row in &rows {
+            assert_eq!(
+                (row.fails.as_slice(), row.is_quad),
+                (&[criterion][..], true)
+            );
+            assert!((row.values[6] - 0.8).abs() < 1e-12 && (row.area - 50.0).abs() < 1e-9);
+            assert_eq!((row.values.len(), row.shortest), (QUAD_METRICS.len(), 5.0));
+        }
     }
 
     #[test]

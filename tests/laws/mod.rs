@@ -34,6 +34,9 @@ const MAY_NAME: &[(&str, &[&str])] = &[
         &["model", "geom", "spatial", "options", "exit_class"],
     ),
     ("export", &["model", "geom"]),
+    // Readers of shell meshes; that of STL is import's.
+    ("read", &["model", "import"]),
+    ("criteria", &["model"]),
     ("doctor", &["import", "options", "exit_class"]),
     (
         "pipeline",
@@ -52,6 +55,7 @@ const MAY_NAME: &[(&str, &[&str])] = &[
             "medial",
             "import",
             "export",
+            "read",
         ],
     ),
     // The binary: these are modules of the library.
@@ -64,18 +68,21 @@ const MAY_NAME: &[(&str, &[&str])] = &[
             "inspection",
             "doctor",
             "export",
+            "criteria",
             "model",
         ],
     ),
 ];
 
 /// Foreign crates and the one module, by its path, that may name each.
-const FOREIGN_HOMES: [(&str, &str); 5] = [
+const FOREIGN_HOMES: [(&str, &str); 7] = [
     ("obvhs", "spatial"),
     ("spade", "geom::cdt"),
     ("faer", "solve"),
     ("wgpu", "gpu"),
     ("nix", "pipeline::memory"),
+    ("flate2", "read::vtu_array"),
+    ("toml", "criteria"),
 ];
 
 /// Parts of std that only some modules may name.

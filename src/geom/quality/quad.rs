@@ -22,7 +22,7 @@ pub struct QuadQuality {
     pub shape: f64,
     /// Largest condition number of the corner Jacobians; 1 is ideal, up to 4 acceptable.
     pub condition: f64,
-    /// How far the angles are from 90 degrees, 0 to 1; 0 is ideal.
+    /// How far the angles are from 90 degrees, 0 to 1, above 1 where a corner caves in; 0 is ideal.
     pub equiangle_skew: f64,
     /// Angle between the normals of the two triangles, across the worse diagonal; up to 15 acceptable.
     pub warp_deg: f64,
@@ -36,7 +36,7 @@ pub struct QuadQuality {
     pub plane_warp: f64,
     /// Smallest angle.
     pub min_angle_deg: f64,
-    /// Largest angle; of a corner that caves in, the angle on the outside is not seen (the scaled Jacobian sees it).
+    /// Largest angle; of a corner that caves in, that on the inside of the quad, above 180.
     pub max_angle_deg: f64,
     /// Shortest edge.
     pub shortest: f64,
@@ -58,7 +58,10 @@ pub fn quad_quality(p: [DVec3; 4]) -> QuadQuality {
     let area = a.iter().sum::<f64>() / 4.0;
     let least = |f: &dyn Fn(usize) -> f64| (0..4).map(f).fold(f64::INFINITY, f64::min);
     let squares = |k: usize| length[k].powi(2) + length[(k + 3) % 4].powi(2);
-    let angles: [f64; 4] = std::array::from_fn(|k| angle_deg(edge[k], -edge[(k + 3) % 4]));
+    let angles: [f64; 4] = std::array::from_fn(|k| match angle_deg(edge[k], -edge[(k + 3) % 4]) {
+        outside if a[k] < 0.0 => 360.0 - outside,
+        inside => inside,
+    });
     let min_angle_deg = angles.iter().copied().fold(f64::INFINITY, f64::min);
     let max_angle_deg = angles.iter().copied().fold(0.0, f64::max);
     let unit = corner.map(DVec3::normalize_or_zero);
@@ -220,6 +223,11 @@ mod tests {
         let dart = quad_quality(flat([[0., 0.], [4., 0.], [1., 1.], [0., 4.]]));
         assert!(dart.scaled_jacobian < 0.0 && dart.shape == 0.0);
         assert!(dart.condition.is_infinite());
+        // On the inside of the caved-in corner.
+        let inside = 180.0 + 2.0 * 0.5f64.atan().to_degrees();
+        near(dart.max_angle_deg, inside);
+        near(dart.equiangle_skew, (inside - 90.0) / 90.0);
+        near(dart.min_angle_deg, (1.0f64 / 3.0).atan().to_degrees());
         let bow = quad_quality(flat([[0., 0.], [1., 0.], [0., 1.], [1., 1.]]));
         assert!(bow.scaled_jacobian <= 0.0);
         let triangle = quad_quality(flat([[0., 0.], [1., 0.], [0., 1.], [0., 1.]]));
