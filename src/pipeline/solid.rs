@@ -182,7 +182,12 @@ impl Job<'_> {
         let (field, placer) = (middle.field(self.sizing), middle.placer());
         let squares = clock.time("charts", || {
             let even = parity::make_even(complex.clone(), placer);
-            charts::mesh_charts(&even, Pattern::Squares, &field, placer).complex
+            let squares = charts::mesh_charts(&even, Pattern::Squares, &field, placer).complex;
+            if folds(&squares) == 0 {
+                return squares;
+            }
+            // What is mended by contracting a curve may be odd again.
+            parity::make_even(connected(squares, |c| remesh::unfold(c, placer)), placer)
         });
         self.dump.complex("squares", &squares)?;
         let halves = clock.time("quads", || quads::quads(squares, placer));

@@ -48,6 +48,8 @@ pub(super) struct Cells {
     pub stars: Vec<Few>,
     /// The sheets of the held nodes, which come first.
     pub owners: Vec<SmallVec<[u32; 3]>>,
+    /// How many of the first cells were turned over.
+    pub turned: usize,
     /// Edges that no change may take away, lower end first, sorted.
     pub kept: Vec<[u32; 2]>,
 }
@@ -91,6 +93,7 @@ impl Cells {
             stars,
             kept,
             owners: Vec::new(),
+            turned: 0,
         };
         for n in 0..places.len() as u32 {
             if cells.held[n as usize] {
@@ -381,9 +384,11 @@ impl Cells {
 
 /// A quad that is warped by more than sixty degrees is as bad as one that is: worth something, since it is not turned over.
 const MOST_WARPED: f64 = 0.5;
+/// Edges may differ by this factor: beyond, a cell is worth as much less.
+const STRETCHED: f64 = 4.0;
 
-/// Scaled Jacobian of a triangle or quad, of a quad times its warpage (the cube of the lesser cosine between opposite corner normals, as Verdict has it), with the sign of
-/// its normal against `normal`.
+/// What a cell is worth: the scaled Jacobian of a triangle or quad, of a quad times its warpage (the cube of the lesser cosine between opposite corner normals, as Verdict
+/// has it), less where its edges differ by much; below zero where its normal is against `normal`.
 pub(super) fn quality(p: &[DVec3], normal: DVec3) -> f64 {
     let n = p.len();
     let edge = |k: usize| p[(k + 1) % n] - p[k % n];
@@ -392,16 +397,19 @@ pub(super) fn quality(p: &[DVec3], normal: DVec3) -> f64 {
     let Some(own) = own.try_normalize() else {
         return 0.0;
     };
-    let share = |k: usize| {
-        let lengths = edge(k + n - 1).length() * edge(k).length();
-        if lengths > 0.0 {
-            own.dot(corner(k)) / lengths
-        } else {
-            0.0
-        }
-    };
+    let mut lengths = [0.0; 4];
+    for (k, length) in lengths.iter_mut().enumerate().take(n) {
+        *length = edge(k).length();
+    }
+    let lengths = &lengths[..n];
+    let longest = lengths.iter().copied().fold(0.0, f64::max);
+    let shortest = lengths.iter().copied().fold(f64::INFINITY, f64::min);
+    if shortest <= 0.0 {
+        return 0.0;
+    }
+    let share = |k: usize| own.dot(corner(k)) / (lengths[(k + n - 1) % n] * lengths[k]);
     let least = (0..n).map(share).fold(f64::INFINITY, f64::min);
-    let scale = if n == 3 {
+    let flat = if n == 3 {
         2.0 / 3f64.sqrt()
     } else {
         let unit = |k: usize| corner(k).normalize_or_zero();
@@ -409,7 +417,7 @@ pub(super) fn quality(p: &[DVec3], normal: DVec3) -> f64 {
         flat.max(MOST_WARPED).powi(3)
     };
     if own.dot(normal) > 0.0 {
-        least * scale
+        least * flat * (STRETCHED * shortest / longest).min(1.0)
     } else {
         least.min(0.0) - 1.0
     }

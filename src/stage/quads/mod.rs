@@ -7,7 +7,7 @@
 //! brought nearer to four quads each ([`valence`]), free nodes smoothed ([`smooth`]) and put onto the exact mid-surface.
 //!
 //! **Guarantees.** Feature curves with their nodes, topology and walls stay; nothing is turned over that was not before; the same for any number of threads.
-//! A sheet that comes out with a cell turned over keeps its triangles. **Limits.** Nodes on curves do not move: where they are spaced badly, so are the quads beside them.
+//! A quad that comes out bad is two triangles; a sheet with more of these turned over than before keeps its own. **Limits.** Nodes on curves do not move: where they are spaced badly, so are the quads beside them.
 //! **Cost.** Smoothing dominates: some fifty sweeps with a search for the nearest point a node.
 
 mod cells;
@@ -30,7 +30,7 @@ use crate::model::disjoint::Disjoint;
 use crate::model::ids::{IndexVec, NodeId, TriangleId};
 use cells::Cells;
 use rayon::prelude::*;
-use sheet::{Facets, Made, Owners, Sheet, halved};
+use sheet::{Facets, Made, Owners, Sheet};
 use slide::Curves;
 use smooth::{Effort, smooth};
 use std::collections::BTreeSet;
@@ -52,25 +52,21 @@ pub fn quads(mut complex: MidComplex, placer: &dyn Placer) -> Halves {
     orient(&mut complex, placer);
     let sheets = sheets(&complex);
     let grounds: Vec<Facets> = sheets.par_iter().map(Sheet::ground).collect();
-    let mut all: Vec<Option<Cells>> = (sheets.par_iter().zip(&grounds))
+    let mut all: Vec<Cells> = (sheets.par_iter().zip(&grounds))
         .map(|(sheet, ground)| sheet.quadded(ground))
         .collect();
     let mut slid = complex.clone();
-    let curves = Curves::new(&complex, &sheets, &all);
+    let curves = Curves::new(&complex, &sheets);
     for _ in 0..SLIDES {
         curves.slide(&mut slid, &mut all, placer);
-        (all.par_iter_mut().zip(&grounds)).for_each(|(cells, ground)| {
-            if let Some(cells) = cells {
-                smooth(cells, ground, Effort::Brief);
-            }
-        });
+        (all.par_iter_mut().zip(&grounds))
+            .for_each(|(cells, ground)| smooth(cells, ground, Effort::Brief));
     }
     let made: Vec<Option<Made>> = (sheets.par_iter().zip(&grounds).zip(&mut all))
         .map(|((sheet, ground), cells)| {
-            let cells = cells.as_mut()?;
             smooth(cells, ground, Effort::Whole);
             sheet.place(cells, placer);
-            halved(cells)
+            sheet.halved(cells)
         })
         .collect();
     let new = assembled(&slid, &sheets, &made);

@@ -118,8 +118,8 @@ impl Sheet {
         Facets::new(&triangles)
     }
 
-    /// The sheet in quads; `None` where one would be turned over, so that the triangles are the better mesh.
-    pub(super) fn quadded(&self, ground: &dyn Ground) -> Option<Cells> {
+    /// The sheet in quads.
+    pub(super) fn quadded(&self, ground: &dyn Ground) -> Cells {
         let mut cells = self.paired(ground);
         for _ in 0..ROUNDS {
             transport(&mut cells, ground);
@@ -128,11 +128,7 @@ impl Sheet {
             clean_up(&mut cells, ground);
             smooth(&mut cells, ground, Effort::Brief);
         }
-        let sound = |cells: &Cells| cells.living().all(|c| cells.quality(c) > 0.0);
-        if !sound(&cells) {
-            smooth(&mut cells, ground, Effort::Whole);
-        }
-        sound(&cells).then_some(cells)
+        cells
     }
 
     /// Triangles paired into as many quads as can be.
@@ -148,6 +144,7 @@ impl Sheet {
         let places = self.points.iter().map(place).collect();
         let mut cells = Cells::new(places, held, rings, self.kept.clone());
         cells.owners = self.owners.clone();
+        cells.turned = cells.living().filter(|&c| cells.quality(c) <= 0.0).count();
         let mut edges = Vec::new();
         let mut rings: Vec<(u32, u32, Ring)> = Vec::new();
         for cell in 0..self.triangles.len() as u32 {
@@ -212,46 +209,62 @@ impl Sheet {
             }
         }
     }
-}
 
-/// Cells as triangles: quads along the shorter diagonal, unless an edge joins its ends already.
-pub(super) fn halved(cells: &Cells) -> Option<Made> {
-    let mut triangles = Vec::new();
-    let mut diagonals: BTreeSet<[u32; 2]> = BTreeSet::new();
-    let mut lives = vec![false; cells.points.len()];
-    for c in cells.living() {
-        let ring = cells.ring(c);
-        ring.iter().for_each(|&n| lives[n as usize] = true);
-        if cells.quality(c) <= 0.0 {
-            return None;
+    /// Cells as triangles: quads along the shorter diagonal, unless an edge joins its ends already; bad quads as two triangles of their own. `None` where more triangles are
+    /// turned over than there were, or two nodes would be joined twice.
+    pub(super) fn halved(&self, cells: &Cells) -> Option<Made> {
+        let mut triangles = Vec::new();
+        let mut diagonals: BTreeSet<[u32; 2]> = BTreeSet::new();
+        let mut own: BTreeSet<[u32; 2]> = BTreeSet::new();
+        let mut lives = vec![false; cells.points.len()];
+        let mut turned = 0;
+        for c in cells.living() {
+            let ring = cells.ring(c);
+            ring.iter().for_each(|&n| lives[n as usize] = true);
+            if let &[a, b, c] = ring.as_slice() {
+                triangles.push([a, b, c]);
+                turned += usize::from(cells.worth(ring) <= 0.0);
+                continue;
+            }
+            let &[p, q, r, s] = ring.as_slice() else {
+                return None;
+            };
+            let length =
+                |a: u32, b: u32| cells.points[a as usize].distance(cells.points[b as usize]);
+            let fits = |&[a, _, b, _]: &[u32; 4]| {
+                let edge = [a.min(b), a.max(b)];
+                let new = !diagonals.contains(&edge) && !own.contains(&edge);
+                new && cells.may_join(a, b) && !cells.joined(a, b)
+            };
+            let worth =
+                |&[a, b, c, d]: &[u32; 4]| cells.worth(&[a, b, c]).min(cells.worth(&[a, c, d]));
+            // Of two equal ones rounding must not decide.
+            let first = length(p, r) <= length(q, s) * (1.0 + 1e-6);
+            let ways = [[p, q, r, s], [q, r, s, p]];
+            let ways = if first { ways } else { [ways[1], ways[0]] };
+            let mut open = ways.into_iter().filter(fits);
+            let good = cells.worth(ring) >= USABLE;
+            let best = if good {
+                open.next()?
+            } else {
+                open.reduce(|a, b| if worth(&b) > worth(&a) { b } else { a })?
+            };
+            turned += usize::from(worth(&best) <= 0.0);
+            let [a, b, c, d] = best;
+            triangles.extend([[a, b, c], [a, c, d]]);
+            if good {
+                diagonals.insert([a.min(c), a.max(c)]);
+            } else {
+                own.insert([a.min(c), a.max(c)]);
+            }
         }
-        if let &[a, b, c] = ring.as_slice() {
-            triangles.push([a, b, c]);
-            continue;
-        }
-        let &[p, q, r, s] = ring.as_slice() else {
-            return None;
-        };
-        let length = |a: u32, b: u32| cells.points[a as usize].distance(cells.points[b as usize]);
-        let fits = |a: u32, b: u32| {
-            cells.may_join(a, b)
-                && !cells.joined(a, b)
-                && !diagonals.contains(&[a.min(b), a.max(b)])
-        };
-        // Of two equal ones rounding must not decide.
-        let first = length(p, r) <= length(q, s) * (1.0 + 1e-6);
-        let ways = [[p, q, r, s], [q, r, s, p]];
-        let ways = if first { ways } else { [ways[1], ways[0]] };
-        let [a, b, c, d] = ways.into_iter().find(|w| fits(w[0], w[2]))?;
-        triangles.extend([[a, b, c], [a, c, d]]);
-        diagonals.insert([a.min(c), a.max(c)]);
+        (turned <= cells.turned).then(|| Made {
+            points: cells.points.clone(),
+            lives,
+            triangles,
+            diagonals: diagonals.into_iter().collect(),
+        })
     }
-    Some(Made {
-        points: cells.points.clone(),
-        lives,
-        triangles,
-        diagonals: diagonals.into_iter().collect(),
-    })
 }
 
 /// The triangles of a sheet as the ground that its nodes stay on.

@@ -33,15 +33,13 @@ struct Slider {
 pub(super) struct Curves(Vec<Slider>);
 
 impl Curves {
-    /// Nodes between corners whose sheets are all in quads.
-    pub(super) fn new(complex: &MidComplex, sheets: &[Sheet], all: &[Option<Cells>]) -> Self {
+    /// Nodes between corners.
+    pub(super) fn new(complex: &MidComplex, sheets: &[Sheet]) -> Self {
         let mut at: IndexVec<NodeId, SmallVec<[(usize, u32); 3]>> =
             IndexVec::filled(SmallVec::new(), complex.nodes.len());
-        let mut free: IndexVec<NodeId, bool> = IndexVec::filled(true, complex.nodes.len());
-        for (i, (sheet, cells)) in sheets.iter().zip(all).enumerate() {
+        for (i, sheet) in sheets.iter().enumerate() {
             for (local, n) in sheet.held_nodes() {
                 at[n].push((i, local));
-                free[n] &= cells.is_some();
             }
         }
         let mut beside: IndexVec<NodeId, SmallVec<[NodeId; 3]>> =
@@ -60,7 +58,7 @@ impl Curves {
             };
             let turn = (point(node) - point(a)).angle_between(point(b) - point(node));
             let within = ends(&complex.nodes[node].supports).count() < 2 && turn < CORNER_RAD;
-            (within && free[node]).then(|| Slider {
+            within.then(|| Slider {
                 node,
                 beside: [a, b],
                 at: at[node].clone(),
@@ -70,12 +68,7 @@ impl Curves {
     }
 
     /// Moves nodes along their curves.
-    pub(super) fn slide(
-        &self,
-        complex: &mut MidComplex,
-        all: &mut [Option<Cells>],
-        placer: &dyn Placer,
-    ) {
+    pub(super) fn slide(&self, complex: &mut MidComplex, all: &mut [Cells], placer: &dyn Placer) {
         for _ in 0..SWEEPS {
             for slider in &self.0 {
                 slider.slide(complex, all, placer);
@@ -85,11 +78,10 @@ impl Curves {
 }
 
 impl Slider {
-    fn slide(&self, complex: &mut MidComplex, all: &mut [Option<Cells>], placer: &dyn Placer) {
+    fn slide(&self, complex: &mut MidComplex, all: &mut [Cells], placer: &dyn Placer) {
         let (mut sum, mut total) = (DVec3::ZERO, 0.0);
         for &(sheet, local) in &self.at {
-            let wish = all[sheet].as_ref().and_then(|c| wanted(c, local, false));
-            let Some((s, t)) = wish else {
+            let Some((s, t)) = wanted(&all[sheet], local, false) else {
                 return;
             };
             sum += s;
@@ -114,18 +106,14 @@ impl Slider {
         if step <= 0.0 || !near {
             return;
         }
-        let worst = |all: &[Option<Cells>]| {
-            let each = |&(sheet, local): &(usize, u32)| {
-                all[sheet].as_ref().map_or(0.0, |c| c.worst(c.star(local)))
-            };
+        let worst = |all: &[Cells]| {
+            let each = |&(sheet, local): &(usize, u32)| all[sheet].worst(all[sheet].star(local));
             self.at.iter().map(each).fold(f64::INFINITY, f64::min)
         };
-        let mut put = |all: &mut [Option<Cells>], p: DVec3| {
+        let mut put = |all: &mut [Cells], p: DVec3| {
             for &(sheet, local) in &self.at {
-                if let Some(cells) = &mut all[sheet] {
-                    let place = cells.place(local);
-                    cells.put(local, Place { point: p, ..place });
-                }
+                let place = all[sheet].place(local);
+                all[sheet].put(local, Place { point: p, ..place });
             }
             complex.nodes[self.node].point = p;
         };
