@@ -190,7 +190,14 @@ impl Job<'_> {
             parity::make_even(connected(squares, |c| remesh::unfold(c, placer)), placer)
         });
         self.dump.complex("squares", &squares)?;
-        let halves = clock.time("quads", || quads::quads(squares, placer));
+        let halves = clock.time("quads", || {
+            let halves = quads::quads(squares, placer);
+            if folds(&halves.complex) == 0 {
+                return halves;
+            }
+            let mended = connected(halves.complex.clone(), |c| remesh::unfold(c, placer));
+            halves.changed_to(mended)
+        });
         self.dump.complex("halves", &halves.complex)?;
         // Where something folds the triangles are the better mesh.
         Ok(if folds(&halves.complex) > folds(&complex) {

@@ -48,8 +48,6 @@ pub(super) struct Cells {
     pub stars: Vec<Few>,
     /// The sheets of the held nodes, which come first.
     pub owners: Vec<SmallVec<[u32; 3]>>,
-    /// How many of the first cells were turned over.
-    pub turned: usize,
     /// Edges that no change may take away, lower end first, sorted.
     pub kept: Vec<[u32; 2]>,
 }
@@ -93,7 +91,6 @@ impl Cells {
             stars,
             kept,
             owners: Vec::new(),
-            turned: 0,
         };
         for n in 0..places.len() as u32 {
             if cells.held[n as usize] {

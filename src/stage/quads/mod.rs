@@ -7,7 +7,7 @@
 //! brought nearer to four quads each ([`valence`]), free nodes smoothed ([`smooth`]) and put onto the exact mid-surface.
 //!
 //! **Guarantees.** Feature curves with their nodes, topology and walls stay; nothing is turned over that was not before; the same for any number of threads.
-//! A quad that comes out bad is two triangles; a sheet with more of these turned over than before keeps its own. **Limits.** Nodes on curves do not move: where they are spaced badly, so are the quads beside them.
+//! A quad that comes out bad is two triangles. **Limits.** Nodes on curves do not move: where they are spaced badly, so are the quads beside them.
 //! **Cost.** Smoothing dominates: some fifty sweeps with a search for the nearest point a node.
 
 mod cells;
@@ -29,11 +29,12 @@ use crate::model::complex::{EdgeKind, MidComplex, MidNode, MidTriangle, Support}
 use crate::model::disjoint::Disjoint;
 use crate::model::ids::{IndexVec, NodeId, TriangleId};
 use cells::Cells;
+use glam::DVec3;
 use rayon::prelude::*;
 use sheet::{Facets, Made, Owners, Sheet};
 use slide::Curves;
 use smooth::{Effort, smooth};
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// Rounds of moving nodes along curves and smoothing again: what comes after the third is below a hundredth in quality.
 const SLIDES: usize = 3;
@@ -45,6 +46,28 @@ pub struct Halves {
     pub complex: MidComplex,
     /// Edges between the two halves of a quad, lower node first, sorted.
     pub diagonals: Vec<[NodeId; 2]>,
+}
+
+impl Halves {
+    /// Another complex made from this one by a few changes, with the diagonals whose ends are still where they were.
+    pub fn changed_to(&self, complex: MidComplex) -> Self {
+        let bits = |p: DVec3| p.to_array().map(f64::to_bits);
+        let at: BTreeMap<[u64; 3], NodeId> = (complex.nodes.enumerated())
+            .map(|(id, n)| (bits(n.point), id))
+            .collect();
+        let edges: BTreeSet<[NodeId; 2]> = (complex.edges().iter())
+            .filter(|e| complex.kind(e) == EdgeKind::Inner)
+            .map(|e| e.ends)
+            .collect();
+        let moved = |d: &[NodeId; 2]| {
+            let [a, b] = d.map(|n| at.get(&bits(self.complex.nodes[n].point)).copied());
+            let (a, b) = (a?, b?);
+            Some([a.min(b), a.max(b)]).filter(|e| edges.contains(e))
+        };
+        let mut diagonals: Vec<[NodeId; 2]> = self.diagonals.iter().filter_map(moved).collect();
+        diagonals.sort_unstable();
+        Self { complex, diagonals }
+    }
 }
 
 /// Quads for every sheet.

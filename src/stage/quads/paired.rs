@@ -4,7 +4,7 @@
 //! changes. Which edges vanish beside the given ones is a matching in the graph of neighbours, weighted by how near the quad's angles are to 90 degrees
 //! (Remacle et al., "Blossom-Quad", doi:10.1002/nme.3279).
 //!
-//! Guarantees: Euler characteristic, pieces, rims, junctions, creases, sheets, order of sheets and element normals are kept; no quad is
+//! Guarantees: no quad folds a mesh that was not folded; Euler characteristic, pieces, rims, junctions, creases, sheets, order of sheets and element normals are kept; no quad is
 //! caved in or turned over; with [`ElementShape::Mixed`] every quad is a good one by the profile; with [`ElementShape::Quad`] no other pairing
 //! of these triangles within the limits of solvers has more quads. Thickness stays at its corner; where two triangles disagree at a corner
 //! that they share, the quad takes the mean.
@@ -16,6 +16,7 @@ use crate::model::element_shape::ElementShape;
 use crate::model::ids::{ElementId, Id, IndexVec, NodeId};
 use crate::model::report::Profile;
 use crate::model::shell::{Corners, Element, ShellMesh};
+use glam::DVec3;
 use rayon::prelude::*;
 use std::collections::BTreeSet;
 
@@ -55,29 +56,94 @@ pub fn pair_quads(
         })
         .collect();
     let mate = matching::pair(mesh.elements.len(), &edges);
-    let mut quad_at: Vec<Option<Element>> = vec![None; mesh.elements.len()];
-    for c in &candidates {
-        let [a, b] = c.triangles;
-        if mate[a.index()] == Some(b.0) && quad_at[a.index()].is_none() {
-            quad_at[a.index()] = Some(quad(mesh, c));
+    let mut chosen: Vec<&Candidate> = (candidates.iter())
+        .filter(|c| mate[c.triangles[0].index()] == Some(c.triangles[1].0))
+        .collect();
+    loop {
+        let (paired, halves) = joined(mesh, &chosen);
+        let folded = folded(&paired);
+        let mut apart = vec![false; mesh.elements.len()];
+        for &e in &folded {
+            halves[e].iter().for_each(|t| apart[t.index()] = true);
         }
+        let before = chosen.len();
+        chosen.retain(|c| c.triangles.iter().all(|t| !apart[t.index()]));
+        // What is folded without a quad was so before.
+        if chosen.len() == before {
+            return paired;
+        }
+    }
+}
+
+/// The mesh with these pairs as quads, and the elements of the old mesh that each one is made of.
+fn joined(mesh: &ShellMesh, pairs: &[&Candidate]) -> (ShellMesh, IndexVec<ElementId, Vec<ElementId>>) {
+    let mut pair_at: Vec<Option<&Candidate>> = vec![None; mesh.elements.len()];
+    for c in pairs {
+        c.triangles.iter().for_each(|t| pair_at[t.index()] = Some(c));
     }
     let mut elements = IndexVec::new();
+    let mut halves = IndexVec::new();
     for (id, element) in mesh.elements.enumerated() {
-        match (&quad_at[id.index()], mate[id.index()]) {
-            (Some(quad), _) => {
-                elements.push(quad.clone());
+        match pair_at[id.index()] {
+            Some(c) if c.triangles[0] == id => {
+                elements.push(quad(mesh, c));
+                halves.push(c.triangles.to_vec());
             }
-            (None, Some(_)) => {}
-            (None, None) => {
+            Some(_) => {}
+            None => {
                 elements.push(element.clone());
+                halves.push(vec![id]);
             }
         }
     }
-    ShellMesh {
+    let paired = ShellMesh {
         elements,
         ..mesh.clone()
+    };
+    (paired, halves)
+}
+
+/// Elements that lie against all their neighbours in the sheet taken together, and these neighbours.
+fn folded(mesh: &ShellMesh) -> Vec<ElementId> {
+    let area = |e: &Element| {
+        let p = |k: usize| mesh.nodes[e.corners.as_slice()[k]];
+        match e.corners {
+            Corners::Triangle(_) => (p(1) - p(0)).cross(p(2) - p(0)),
+            Corners::Quad(_) => (p(2) - p(0)).cross(p(3) - p(1)),
+        }
+    };
+    let mut sides: Vec<([NodeId; 2], ElementId)> = Vec::new();
+    for (id, element) in mesh.elements.enumerated() {
+        let nodes = element.corners.as_slice();
+        for (k, &a) in nodes.iter().enumerate() {
+            let b = nodes[(k + 1) % nodes.len()];
+            sides.push(([a.min(b), a.max(b)], id));
+        }
     }
+    sides.sort_unstable();
+    let pairs: Vec<[ElementId; 2]> = (sides.chunk_by(|a, b| a.0 == b.0))
+        .filter_map(|run| match run {
+            [a, b] if mesh.elements[a.1].sheet == mesh.elements[b.1].sheet => Some([a.1, b.1]),
+            _ => None,
+        })
+        .collect();
+    let mut around = IndexVec::filled(DVec3::ZERO, mesh.elements.len());
+    for &[a, b] in &pairs {
+        around[a] += area(&mesh.elements[b]);
+        around[b] += area(&mesh.elements[a]);
+    }
+    let is_folded: IndexVec<ElementId, bool> = (mesh.elements.enumerated())
+        .map(|(id, e)| around[id].dot(area(e)) < 0.0)
+        .collect();
+    let mut found: Vec<ElementId> = (mesh.elements.ids()).filter(|&e| is_folded[e]).collect();
+    for &[a, b] in &pairs {
+        if is_folded[a] || is_folded[b] {
+            found.extend([a, b]);
+        }
+    }
+    found.sort_unstable();
+    found.dedup();
+    found
 }
 
 /// All pairs that may become quads, by their triangles; the lower triangle first.

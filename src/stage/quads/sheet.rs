@@ -137,14 +137,23 @@ impl Sheet {
             .map(|t| t.iter().copied().collect())
             .collect();
         let held = (0..self.points.len()).map(|n| n < self.held).collect();
-        let place = |&point: &DVec3| Place {
-            point,
-            ..ground.foot(point, None)
-        };
-        let places = self.points.iter().map(place).collect();
+        // At a fold the normal is that of both sides together, so that neither is against it.
+        let mut normals = vec![DVec3::ZERO; self.points.len()];
+        for t in &self.triangles {
+            let [a, b, c] = t.map(|n| self.points[n as usize]);
+            t.iter()
+                .for_each(|&n| normals[n as usize] += (b - a).cross(c - a));
+        }
+        let places = (self.points.iter().zip(normals))
+            .map(|(&point, normal)| Place {
+                point,
+                normal: normal.normalize_or_zero(),
+                hint: ground.foot(point, None).hint,
+            })
+            .collect();
         let mut cells = Cells::new(places, held, rings, self.kept.clone());
         cells.owners = self.owners.clone();
-        cells.turned = cells.living().filter(|&c| cells.quality(c) <= 0.0).count();
+
         let mut edges = Vec::new();
         let mut rings: Vec<(u32, u32, Ring)> = Vec::new();
         for cell in 0..self.triangles.len() as u32 {
@@ -210,20 +219,18 @@ impl Sheet {
         }
     }
 
-    /// Cells as triangles: quads along the shorter diagonal, unless an edge joins its ends already; bad quads as two triangles of their own. `None` where more triangles are
-    /// turned over than there were, or two nodes would be joined twice.
+    /// Cells as triangles: quads along the shorter diagonal, unless an edge joins its ends already; bad quads as two triangles of their own. `None` where two nodes would be
+    /// joined twice.
     pub(super) fn halved(&self, cells: &Cells) -> Option<Made> {
         let mut triangles = Vec::new();
         let mut diagonals: BTreeSet<[u32; 2]> = BTreeSet::new();
         let mut own: BTreeSet<[u32; 2]> = BTreeSet::new();
         let mut lives = vec![false; cells.points.len()];
-        let mut turned = 0;
         for c in cells.living() {
             let ring = cells.ring(c);
             ring.iter().for_each(|&n| lives[n as usize] = true);
             if let &[a, b, c] = ring.as_slice() {
                 triangles.push([a, b, c]);
-                turned += usize::from(cells.worth(ring) <= 0.0);
                 continue;
             }
             let &[p, q, r, s] = ring.as_slice() else {
@@ -249,7 +256,6 @@ impl Sheet {
             } else {
                 open.reduce(|a, b| if worth(&b) > worth(&a) { b } else { a })?
             };
-            turned += usize::from(worth(&best) <= 0.0);
             let [a, b, c, d] = best;
             triangles.extend([[a, b, c], [a, c, d]]);
             if good {
@@ -258,7 +264,7 @@ impl Sheet {
                 own.insert([a.min(c), a.max(c)]);
             }
         }
-        (turned <= cells.turned).then(|| Made {
+        Some(Made {
             points: cells.points.clone(),
             lives,
             triangles,
