@@ -14,6 +14,7 @@ use crate::medial::Medial;
 use crate::model::brep::Brep;
 use crate::model::complex::MidComplex;
 use crate::model::element_shape::ElementShape;
+use crate::model::ids::WallId;
 use crate::model::shell::ShellMesh;
 use crate::options::MeshOptions;
 use crate::stage::chart_mesh::Pattern;
@@ -22,7 +23,11 @@ use crate::stage::quads::{self, Halves};
 use crate::stage::remesh::{self, RemeshOptions};
 use crate::stage::size::{self, Sizing};
 use crate::stage::{balance, parity, shell};
+use glam::{DVec3, FloatExt};
 use std::cell::OnceCell;
+
+/// Side of a square, where it bends much, over that of a triangle: the mesh leaves a bend by as much with both.
+const SQUARE_AT_BENDS: f64 = 0.75;
 
 /// The shell of one solid; quads where such are asked for.
 pub(super) fn mesh_solid(
@@ -179,7 +184,13 @@ impl Job<'_> {
         if self.shape == ElementShape::Triangle {
             return Ok(plain(complex));
         }
-        let (field, placer) = (middle.field(self.sizing), middle.placer());
+        let (sizes, placer) = (middle.field(self.sizing), middle.placer());
+        // Where the wall bends, a square has to be smaller than a triangle to leave it as little: its diagonal is longer.
+        let target = self.sizing.target;
+        let field = |p: DVec3, w: WallId| {
+            let size = sizes(p, w);
+            size * SQUARE_AT_BENDS.lerp(1.0, (size / target).clamp(0.0, 1.0))
+        };
         let squares = clock.time("charts", || {
             let even = parity::make_even(complex.clone(), placer);
             let squares = charts::mesh_charts(&even, Pattern::Squares, &field, placer).complex;

@@ -76,10 +76,15 @@ pub fn pair_quads(
 }
 
 /// The mesh with these pairs as quads, and the elements of the old mesh that each one is made of.
-fn joined(mesh: &ShellMesh, pairs: &[&Candidate]) -> (ShellMesh, IndexVec<ElementId, Vec<ElementId>>) {
+fn joined(
+    mesh: &ShellMesh,
+    pairs: &[&Candidate],
+) -> (ShellMesh, IndexVec<ElementId, Vec<ElementId>>) {
     let mut pair_at: Vec<Option<&Candidate>> = vec![None; mesh.elements.len()];
     for c in pairs {
-        c.triangles.iter().for_each(|t| pair_at[t.index()] = Some(c));
+        c.triangles
+            .iter()
+            .for_each(|t| pair_at[t.index()] = Some(c));
     }
     let mut elements = IndexVec::new();
     let mut halves = IndexVec::new();
@@ -218,7 +223,7 @@ fn candidate(
     })
 }
 
-/// The corners of two triangles with a common side, in the order that both have.
+/// The corners of two triangles with a common side, in the order that both have, from an end of that side: who parts a quad again parts it from its first corner.
 fn union(mesh: &ShellMesh, a: ElementId, b: ElementId, ends: [NodeId; 2]) -> Option<[NodeId; 4]> {
     let (Corners::Triangle(t), Corners::Triangle(u)) =
         (mesh.elements[a].corners, mesh.elements[b].corners)
@@ -228,7 +233,7 @@ fn union(mesh: &ShellMesh, a: ElementId, b: ElementId, ends: [NodeId; 2]) -> Opt
     let apex = t.iter().position(|n| !ends.contains(n))?;
     let across = u.into_iter().find(|n| !ends.contains(n))?;
     let (first, second) = (t[(apex + 1) % 3], t[(apex + 2) % 3]);
-    (across != t[apex]).then_some([t[apex], first, across, second])
+    (across != t[apex]).then_some([first, across, second, t[apex]])
 }
 
 fn is_usable(q: &QuadQuality) -> bool {
