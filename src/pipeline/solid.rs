@@ -22,7 +22,7 @@ use crate::stage::kinks::{self, Kinked};
 use crate::stage::quads::{self, Halves};
 use crate::stage::remesh::{self, RemeshOptions};
 use crate::stage::size::{self, Sizing};
-use crate::stage::{balance, parity, shell};
+use crate::stage::{balance, respace, shell};
 use glam::{DVec3, FloatExt};
 use std::cell::OnceCell;
 
@@ -192,13 +192,17 @@ impl Job<'_> {
             size * SQUARE_AT_BENDS.lerp(1.0, (size / target).clamp(0.0, 1.0))
         };
         let squares = clock.time("charts", || {
-            let even = parity::make_even(complex.clone(), placer);
+            let even = respace::respace(complex.clone(), &field, placer);
             let squares = charts::mesh_charts(&even, Pattern::Squares, &field, placer).complex;
             if folds(&squares) == 0 {
                 return squares;
             }
             // What is mended by contracting a curve may be odd again.
-            parity::make_even(connected(squares, |c| remesh::unfold(c, placer)), placer)
+            respace::respace(
+                connected(squares, |c| remesh::unfold(c, placer)),
+                &field,
+                placer,
+            )
         });
         self.dump.complex("squares", &squares)?;
         let halves = clock.time("quads", || {

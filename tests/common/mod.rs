@@ -48,6 +48,7 @@ macro_rules! for_all_fixtures {
                 perforated,
                 plate_holes,
                 plate_pocket,
+                plate_web,
                 quarter_round,
                 rib_draft,
                 rib_partial,

@@ -52,6 +52,7 @@ fn deck_solves(name: &str) {
         // Bends still turn by less than CalculiX's 20 degrees at an edge.
         size_curvature: facts.size_curvature,
         threads: 1,
+        element: None,
     };
     let mut command = common::tools::with_gmsh(env!("CARGO_BIN_EXE_midshell"));
     command

@@ -98,6 +98,11 @@ def draw(name, d):
         tools = [o.addDisk(20, 25, 1.5, 8, 8), o.addDisk(42, 14, 1.5, 5, 5), o.addRectangle(55, 28, 1.5, 14, 10)]
         out, _ = o.cut([(2, d.parts[0][0])], [(2, k) for k in tools])
         d.parts = [(out[0][1], 3.0)]
+    elif name == "plate_web":
+        d.rect((0, 0, 0.75), (100, 0, 0), (0, 60, 0), 1.5)
+        out, _ = o.cut([(2, d.parts[0][0])], [(2, o.addDisk(x, 30, 0.75, 6, 6)) for x in (25, 75)])
+        d.parts = [(out[0][1], 1.5)]
+        d.rect((50, 0, 0.75), (0, 60, 0), (0, 0, 25.75), 1.5)
     elif name == "wedge":
         k = math.tan(math.atan(4 / 60) / 2)
         d.rect((0, 0, 30 * k), (60, 0, 60 * k), (0, 40, 0), lambda x, y, z: 2 * (x + 30) * k)

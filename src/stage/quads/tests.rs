@@ -6,14 +6,14 @@ use crate::model::ids::WallId;
 use crate::model::report::Profile;
 use crate::model::shell::{Corners, ShellMesh};
 use crate::stage::chart_mesh::Pattern;
-use crate::stage::parity::make_even;
+use crate::stage::respace::respace;
 use crate::stage::test_shapes::{self as shapes, Build, Onto, Stay};
 use crate::test_parts::{element, sheet};
 use glam::DVec3;
 
 /// A complex meshed in squares of a size, then in quads.
 fn made(complex: &MidComplex, size: f64, placer: &dyn Placer) -> Halves {
-    let even = make_even(complex.clone(), placer);
+    let even = respace(complex.clone(), &|_, _| size, placer);
     let squares = charts::mesh_charts(&even, Pattern::Squares, &|_, _| size, placer).complex;
     let halves = quads(squares, placer);
     assert_eq!(halves.complex.check(), vec![]);
