@@ -124,6 +124,16 @@ def causes_of(rows, verdicts):
     return causes
 
 
+def earlier_of(page):
+    """the counts of an earlier state that a page already sets beside its own: causes, and how many were right"""
+    right = re.search(r"right by the separate judge: (\d+) before", page)
+    block = re.search(r"\| cause \| parts before \| parts after \|\n.*?\n\n", page, re.S)
+    if not (right and block):
+        return None
+    lines = [line.strip("| ").split(" | ") for line in block[0].strip().splitlines()[2:]]
+    return Counter({cause: int(count) for cause, count, _ in lines}), int(right[1])
+
+
 def corpus_text(rows, verdicts, before=None):
     n = len(rows)
     share = lambda test: f"{sum(map(test, rows))} of {n} ({100 * sum(map(test, rows)) / n:.0f} %)"
@@ -149,10 +159,10 @@ def corpus_text(rows, verdicts, before=None):
     head += ["judge"] if verdicts else []
     blocks = [table(["outcome", "parts"], summary)]
     if before:
-        then = causes_of(*before)
+        then, right_then = before
         names = sorted(causes | then, key=lambda name: (-then[name], -causes[name], name))
         right = lambda of: sum(v.startswith("right") for v in of.values())
-        blocks += [f"Causes, before and after (a part may have several; right by the separate judge: {right(before[1])} before, {right(verdicts)} after):"]
+        blocks += [f"Causes, before and after (a part may have several; right by the separate judge: {right_then} before, {right(verdicts)} after):"]
         blocks += [table(["cause", "parts before", "parts after"], [[name, then[name], causes[name]] for name in names])]
     elif causes:
         blocks += ["Causes (a part may have several):", table(["cause", "parts"], causes.most_common())]
@@ -201,7 +211,7 @@ def main():
     p.add_argument("--page", type=Path, help="the page to write into")
     p.add_argument("--verdicts", type=Path, help="CSV of a judge of your own: part, verdict")
     p.add_argument("--results", type=Path, help="CSV of a judge that ran midshell itself, instead of --parts and --verdicts")
-    p.add_argument("--before", type=Path, help="with --results: such a file of an earlier state, to set the causes side by side")
+    p.add_argument("--before", type=Path, help="with --results: such a file of an earlier state, to set the causes side by side; left out, what the page has of one stays")
     p.add_argument("--jobs", type=int, default=2, help="parts at a time")
     p.add_argument("--threads", type=int, default=2, help="threads a part")
     p.add_argument("--limit", type=float, default=120, help="seconds a part")
@@ -209,12 +219,17 @@ def main():
     if not (a.parts or a.time or a.results):
         p.error("nothing to do: name --parts, --results or --time")
     texts = {}
+    page = a.page.read_text() if a.page else ""
     with tempfile.TemporaryDirectory() as folder:
         # Timed first and alone: nothing else runs meanwhile.
         if a.time:
             texts["timings"] = timing_text(parts_of(a.time), a, folder)
         if a.results:
-            texts["corpus"] = corpus_text(*judged_rows(a.results), judged_rows(a.before) if a.before else None)
+            before = earlier_of(page)
+            if a.before:
+                rows, verdicts = judged_rows(a.before)
+                before = causes_of(rows, verdicts), sum(v.startswith("right") for v in verdicts.values())
+            texts["corpus"] = corpus_text(*judged_rows(a.results), before)
         elif a.parts:
             verdicts = {}
             if a.verdicts:
@@ -223,7 +238,6 @@ def main():
             with ThreadPoolExecutor(a.jobs) as pool:
                 rows = list(pool.map(lambda part: corpus_row(part, a, folder), parts_of(a.parts)))
             texts["corpus"] = corpus_text(rows, verdicts)
-    page = a.page.read_text() if a.page else ""
     for name, text in texts.items():
         marked = re.compile(rf"(<!-- {name} -->\n).*?(<!-- end of {name} -->)", re.S)
         if not a.page:

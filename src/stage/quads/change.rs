@@ -42,8 +42,6 @@ pub(super) enum Want {
     Better(f64),
     /// No cell is worse than this, unless one was, whatever becomes of valences.
     Sound(f64),
-    /// The worst cell gains as much, whatever becomes of valences.
-    Relief(f64),
 }
 
 /// Makes a change and keeps it if it does what is wanted.
@@ -66,7 +64,7 @@ pub(super) fn attempt(cells: &mut Cells, change: Change, want: Want, ground: &dy
     let fits = match want {
         Want::Regular(_) => cost(cells) < cost_before,
         Want::Better(_) => cost(cells) <= cost_before,
-        Want::Sound(_) | Want::Relief(_) => true,
+        Want::Sound(_) => true,
     };
     if !(sound && fits) {
         cells.take_back(undo, change.added);
@@ -80,7 +78,7 @@ pub(super) fn attempt(cells: &mut Cells, change: Change, want: Want, ground: &dy
     let worst = worst_round(cells, &nodes);
     let kept = match want {
         Want::Regular(least) | Want::Sound(least) => worst >= least.min(worst_before),
-        Want::Better(gain) | Want::Relief(gain) => worst > worst_before + gain,
+        Want::Better(gain) => worst > worst_before + gain,
     };
     if kept {
         nodes.iter().for_each(|&n| cells.refresh(n));

@@ -54,11 +54,13 @@ pub(super) fn relieve(cells: &mut Cells, ground: &dyn Ground) {
             [node, at(1), at(2)].into_iter().collect(),
             [node, at(2), at(3)].into_iter().collect(),
         ];
+        // Halved, the quad is worth more than it was: a straight angle is none then.
+        let least = cells.quality(cell) + GAIN;
         let first = cells.rings.len() as u32;
         let undo = cells.exchange(&[cell], &halves);
         let relieved = way(cells, first, Some(first + 1))
             .and_then(|way| row(cells, &way, ground))
-            .is_some_and(|change| attempt(cells, change, Want::Relief(GAIN), ground));
+            .is_some_and(|change| attempt(cells, change, Want::Sound(least), ground));
         if !relieved {
             cells.take_back(undo, 0);
         }
@@ -172,4 +174,105 @@ fn halves(hexagon: &[u32], from: usize) -> [Ring; 2] {
         [at(0), at(1), at(2), at(3)].into_iter().collect(),
         [at(3), at(4), at(5), at(0)].into_iter().collect(),
     ]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::test_grid::{Plane, at, triangles, with_rings, worst};
+    use super::*;
+
+    /// A row of squares over another, where the lower row has a triangle standing on the rim at either end: its nodes above are fewer.
+    fn rows() -> Cells {
+        let n = |i, j| at(6, i, j);
+        let mut rings: Vec<Ring> = Vec::new();
+        for i in 0..6 {
+            rings.push(
+                [n(i, 1), n(i + 1, 1), n(i + 1, 2), n(i, 2)]
+                    .into_iter()
+                    .collect(),
+            );
+        }
+        // Below: quads sheared to the right between a triangle on the rim and one beneath the row above.
+        rings.push([n(0, 0), n(1, 0), n(1, 1), n(0, 1)].into_iter().collect());
+        rings.push([n(1, 0), n(2, 0), n(1, 1)].into_iter().collect());
+        for i in 2..5 {
+            rings.push(
+                [n(i, 0), n(i + 1, 0), n(i, 1), n(i - 1, 1)]
+                    .into_iter()
+                    .collect(),
+            );
+        }
+        rings.push([n(5, 0), n(5, 1), n(4, 1)].into_iter().collect());
+        rings.push([n(5, 0), n(6, 0), n(6, 1), n(5, 1)].into_iter().collect());
+        with_rings(6, 2, rings)
+    }
+
+    #[test]
+    fn a_row_of_quads_between_two_triangles_takes_both() {
+        let mut cells = rows();
+        let before = cells.living().count();
+        assert_eq!(triangles(&cells), 2);
+        insert(&mut cells, &Plane);
+        assert_eq!(triangles(&cells), 0);
+        // One cell more for every quad on the way.
+        assert!(cells.living().count() > before);
+        assert!(worst(&cells) >= LEAST, "{}", worst(&cells));
+        // Every free node has three quads at the least.
+        for n in 0..cells.points.len() as u32 {
+            assert!(cells.held[n as usize] || cells.star(n).len() >= 3);
+        }
+    }
+
+    #[test]
+    fn where_there_is_no_way_nothing_is_left_behind() {
+        let n = |i, j| at(1, i, j);
+        let mut cells = with_rings(
+            1,
+            1,
+            vec![[n(0, 0), n(1, 0), n(1, 1)].into_iter().collect()],
+        );
+        let nodes = cells.points.len();
+        insert(&mut cells, &Plane);
+        assert_eq!((triangles(&cells), cells.points.len()), (1, nodes));
+    }
+
+    #[test]
+    fn a_straight_angle_on_the_rim_gets_a_second_quad() {
+        // The lower row is sheared away from its middle, where a quad has three nodes on the rim, to a triangle at either end.
+        let n = |i, j| at(6, i, j);
+        let mut rings: Vec<Ring> = Vec::new();
+        for j in 1..4 {
+            for i in 0..6 {
+                rings.push(
+                    [n(i, j), n(i + 1, j), n(i + 1, j + 1), n(i, j + 1)]
+                        .into_iter()
+                        .collect(),
+                );
+            }
+        }
+        rings.push([n(0, 0), n(1, 1), n(0, 1)].into_iter().collect());
+        for i in [0, 1] {
+            rings.push(
+                [n(i, 0), n(i + 1, 0), n(i + 2, 1), n(i + 1, 1)]
+                    .into_iter()
+                    .collect(),
+            );
+        }
+        rings.push([n(2, 0), n(3, 0), n(4, 0), n(3, 1)].into_iter().collect());
+        for i in [4, 5] {
+            rings.push(
+                [n(i, 0), n(i + 1, 0), n(i, 1), n(i - 1, 1)]
+                    .into_iter()
+                    .collect(),
+            );
+        }
+        rings.push([n(6, 0), n(6, 1), n(5, 1)].into_iter().collect());
+        let mut cells = with_rings(6, 4, rings);
+        let straight = n(3, 0);
+        assert_eq!((cells.star(straight).len(), triangles(&cells)), (1, 2));
+        relieve(&mut cells, &Plane);
+        assert_eq!(cells.star(straight).len(), 2);
+        assert!(triangles(&cells) <= 2);
+        assert!(worst(&cells) > GAIN, "{}", worst(&cells));
+    }
 }

@@ -202,4 +202,6 @@ fn assembled(complex: &MidComplex, sheets: &[Sheet], made: &[Option<Made>]) -> H
 }
 
 #[cfg(test)]
+mod test_grid;
+#[cfg(test)]
 mod tests;

@@ -150,3 +150,85 @@ fn change(steps: &[Step], mut at: usize, last: u32, quad: Ring) -> Change {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::test_grid::{Plane, at, grid, triangles, worst};
+    use super::*;
+
+    /// Cuts the square at (i, j) of a grid eight wide in two triangles, and gives one of them to a neighbour's place: the triangles of two cut squares with a chain of quads between.
+    fn cut(cells: &mut Cells, i: u32, j: u32) {
+        let [a, b, c, d] =
+            [[i, j], [i + 1, j], [i + 1, j + 1], [i, j + 1]].map(|[i, j]| at(8, i, j));
+        let cell = cells
+            .living()
+            .find(|&c| cells.side(c, a, b).is_some())
+            .unwrap();
+        cells.exchange(
+            &[cell],
+            &[
+                [a, b, c].into_iter().collect(),
+                [a, c, d].into_iter().collect(),
+            ],
+        );
+    }
+
+    #[test]
+    fn two_halves_of_a_square_become_it_again() {
+        let mut cells = grid(8, 6);
+        cut(&mut cells, 4, 3);
+        assert_eq!(triangles(&cells), 2);
+        transport(&mut cells, &Plane);
+        assert_eq!((triangles(&cells), cells.living().count()), (0, 48));
+        assert!(worst(&cells) > 1.0 - 1e-12);
+    }
+
+    #[test]
+    fn triangles_far_apart_are_carried_to_one_another() {
+        let mut cells = grid(8, 6);
+        // A pentagon cut at either end of a row: a quad and a triangle each.
+        let n = |i, j| at(8, i, j);
+        let find = |cells: &Cells, i, j| {
+            let edge = (n(i, j), n(i + 1, j));
+            cells
+                .living()
+                .find(|&c| cells.side(c, edge.0, edge.1).is_some())
+                .unwrap()
+        };
+        cut(&mut cells, 2, 3);
+        cut(&mut cells, 5, 3);
+        // The right half of the left square becomes a quad with its neighbour's left half.
+        let [left, right] = [(2, 3), (5, 3)].map(|(i, j)| find(&cells, i, j));
+        assert!(!cells.is_quad(left) && !cells.is_quad(right));
+        let middle = [3, 4].map(|i| find(&cells, i, 3));
+        cells.exchange(
+            &[left, middle[0], middle[1]],
+            &[
+                [n(2, 3), n(3, 3), n(4, 4), n(3, 4)].into_iter().collect(),
+                [n(3, 3), n(4, 3), n(5, 4), n(4, 4)].into_iter().collect(),
+                [n(4, 3), n(5, 3), n(5, 4)].into_iter().collect(),
+            ],
+        );
+        assert_eq!(triangles(&cells), 4);
+        transport(&mut cells, &Plane);
+        assert_eq!(triangles(&cells), 0);
+        assert!(worst(&cells) > 0.6, "{}", worst(&cells));
+    }
+
+    #[test]
+    fn a_single_triangle_stays() {
+        let mut cells = grid(8, 6);
+        let corner = cells
+            .living()
+            .find(|&c| cells.star(0).contains(&c))
+            .unwrap();
+        cells.exchange(
+            &[corner],
+            &[[at(8, 1, 0), at(8, 1, 1), at(8, 0, 1)]
+                .into_iter()
+                .collect()],
+        );
+        transport(&mut cells, &Plane);
+        assert_eq!(triangles(&cells), 1);
+    }
+}

@@ -31,9 +31,19 @@ pub(super) fn clean_up(cells: &mut Cells, ground: &dyn Ground) {
                 changed |= open(cells, node, ground);
             }
         }
+        let concerned = |cells: &Cells, cell: u32| {
+            cells.lives[cell as usize] && cells.ring(cell).iter().any(is_fresh)
+        };
         for cell in 0..cells.rings.len() as u32 {
-            if cells.lives[cell as usize] && cells.ring(cell).iter().any(is_fresh) {
-                changed |= collapse(cells, cell, ground) || turn(cells, cell, ground);
+            if concerned(cells, cell) {
+                changed |= collapse(cells, cell, ground)
+                    || turn(cells, cell, Want::Regular(LEAST), ground);
+            }
+        }
+        // What only moves irregular nodes about comes last, or it would take them away from where they can be mended.
+        for cell in 0..cells.rings.len() as u32 {
+            if concerned(cells, cell) {
+                changed |= turn(cells, cell, Want::Better(GAIN), ground);
             }
         }
         if !changed {
@@ -101,7 +111,7 @@ fn collapse(cells: &mut Cells, cell: u32, ground: &dyn Ground) -> bool {
 }
 
 /// Turns an edge between two quads to another diagonal of the hexagon that they make.
-fn turn(cells: &mut Cells, cell: u32, ground: &dyn Ground) -> bool {
+fn turn(cells: &mut Cells, cell: u32, want: Want, ground: &dyn Ground) -> bool {
     for k in 0..4 {
         if !cells.lives[cell as usize] || !cells.is_quad(cell) {
             return false;
@@ -116,7 +126,6 @@ fn turn(cells: &mut Cells, cell: u32, ground: &dyn Ground) -> bool {
         };
         let around = cells.ring(other);
         let [r, s] = [2, 3].map(|i| around[(j + i) % 4]);
-        let poor = cells.worst(&[cell, other]) < POOR;
         let ways: [([u32; 2], [Ring; 2]); 2] = [
             ([p, r], [smallvec![p, q, u, r], smallvec![r, s, v, p]]),
             ([q, s], [smallvec![q, u, r, s], smallvec![s, v, p, q]]),
@@ -125,20 +134,21 @@ fn turn(cells: &mut Cells, cell: u32, ground: &dyn Ground) -> bool {
             .filter(|([a, b], _)| a != b && !cells.joined(*a, *b))
             .map(|([a, b], new)| (gain(cells, &[(u, -1), (v, -1), (a, 1), (b, 1)]), new))
             .collect();
-        let mut tried = |least_gain: i64, want: Want| {
-            open.iter()
-                .filter(|(gain, _)| *gain >= least_gain)
-                .any(|(_, new)| {
-                    let change = Change {
-                        gone: smallvec![cell, other],
-                        new: new.iter().cloned().collect(),
-                        ..Change::default()
-                    };
-                    attempt(cells, change, want, ground)
-                })
+        // Only a change for the better makes up for one that no valence gains by.
+        let least_gain = match want {
+            Want::Regular(_) => 1,
+            _ if cells.worst(&[cell, other]) < POOR => 0,
+            _ => continue,
         };
-        if tried(1, Want::Regular(LEAST)) || poor && tried(0, Want::Better(GAIN)) {
-            return true;
+        for (gain, new) in open {
+            let change = Change {
+                gone: smallvec![cell, other],
+                new: new.into_iter().collect(),
+                ..Change::default()
+            };
+            if gain >= least_gain && attempt(cells, change, want, ground) {
+                return true;
+            }
         }
     }
     false
@@ -207,56 +217,9 @@ fn opened(cells: &mut Cells, node: u32, range: &[u32], ground: &dyn Ground) -> b
 
 #[cfg(test)]
 mod tests {
-    use super::super::cells::Place;
+    use super::super::test_grid::{Plane, grid};
     use super::*;
-    use crate::spatial::Hint;
     use glam::DVec3;
-
-    /// The plane z = 0.
-    struct Plane;
-
-    impl Ground for Plane {
-        fn foot(&self, p: DVec3, _: Option<Hint>) -> Place {
-            Place {
-                point: DVec3::new(p.x, p.y, 0.0),
-                normal: DVec3::Z,
-                hint: None,
-            }
-        }
-    }
-
-    /// A grid of squares of side 1 with its rim held.
-    fn grid(nu: u32, nv: u32) -> Cells {
-        let at = |i: u32, j: u32| j * (nu + 1) + i;
-        let mut places = Vec::new();
-        let mut held = Vec::new();
-        for j in 0..=nv {
-            for i in 0..=nu {
-                places.push(Plane.foot(DVec3::new(f64::from(i), f64::from(j), 0.0), None));
-                held.push(i == 0 || j == 0 || i == nu || j == nv);
-            }
-        }
-        let mut rings: Vec<Ring> = Vec::new();
-        for j in 0..nv {
-            for i in 0..nu {
-                rings.push(smallvec![
-                    at(i, j),
-                    at(i + 1, j),
-                    at(i + 1, j + 1),
-                    at(i, j + 1)
-                ]);
-            }
-        }
-        let mut kept: Vec<[u32; 2]> = Vec::new();
-        for i in 0..nu {
-            kept.extend([[at(i, 0), at(i + 1, 0)], [at(i, nv), at(i + 1, nv)]]);
-        }
-        for j in 0..nv {
-            kept.extend([[at(0, j), at(0, j + 1)], [at(nu, j), at(nu, j + 1)]]);
-        }
-        kept.sort_unstable();
-        Cells::new(places, held, rings, kept)
-    }
 
     fn cost(cells: &Cells) -> i64 {
         (0..cells.points.len() as u32)
