@@ -8,6 +8,9 @@ use midshell::import::facet::sized;
 use midshell::import::facet::soup::Soup;
 use midshell::import::facet::weld::weld;
 
+/// Sizes so many times the usual ones: at those a needle takes hundreds of thousands of facets, and a run of the fuzzer most of a minute.
+const COARSE: f64 = 20.0;
+
 fuzz_target!(|bytes: &[u8]| {
     let Some((&count, rest)) = bytes.split_first() else {
         return;
@@ -29,7 +32,7 @@ fuzz_target!(|bytes: &[u8]| {
     };
     if let Ok((found, _)) = solids(weld(&soup).0) {
         for solid in found.iter().filter(|s| s.cut.is_none()) {
-            let _ = sized(&solid.facets, 1.0, true);
+            let _ = sized(&solid.facets, COARSE, true);
         }
     }
 });
