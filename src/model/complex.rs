@@ -208,6 +208,18 @@ impl MidComplex {
         sets.sets()
     }
 
+    /// The first triangle of the sheet of every triangle: pieces that hang together over inner edges. `edges` are all of the complex.
+    pub fn sheets(&self, edges: &[MidEdge]) -> IndexVec<TriangleId, TriangleId> {
+        let mut pieces = Disjoint::new(self.triangles.len());
+        for edge in edges.iter().filter(|e| self.kind(e) == EdgeKind::Inner) {
+            pieces.join(edge.triangles[0].0, edge.triangles[1].0);
+        }
+        // The lowest member stands for its piece.
+        (self.triangles.ids())
+            .map(|t| TriangleId(pieces.find(t.0)))
+            .collect()
+    }
+
     /// All violations.
     pub fn check(&self) -> Vec<ComplexFault> {
         let mut faults = Vec::new();

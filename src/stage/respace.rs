@@ -12,12 +12,12 @@
 //! **Limits.** A sheet whose parity no curve can change stays odd (a closed sheet never is), as may one where an edge cannot be contracted without a fold.
 //! **Cost.** O(n log n) for the edges; elimination over the sheets.
 
+use crate::geom::curve_corner::is_within_curve;
 use crate::geom::orient::folded;
 use crate::geom::placer::Placer;
 use crate::model::complex::{
-    EdgeKind, MidComplex, MidEdge, MidNode, MidTriangle, Support, Supports, ends,
+    EdgeKind, MidComplex, MidEdge, MidNode, MidTriangle, Support, Supports,
 };
-use crate::model::disjoint::Disjoint;
 use crate::model::ids::{IndexVec, NodeId, TriangleId, WallId};
 use glam::DVec3;
 use smallvec::SmallVec;
@@ -25,9 +25,6 @@ use std::collections::{BTreeMap, BTreeSet};
 
 /// Wanted edge length, mm, at a point of a wall.
 pub type SizeField<'a> = dyn Fn(DVec3, WallId) -> f64 + Sync + 'a;
-
-/// A curve has a corner where it turns more than this: nodes do not move past one.
-const CORNER_RAD: f64 = 35.0 * std::f64::consts::PI / 180.0;
 
 /// Edges of a curve between these shares of the wanted length are as long as wanted: what a remesher leaves between splitting and contracting, and a little more.
 const AS_WANTED: [f64; 2] = [0.5, 1.6];
@@ -60,9 +57,9 @@ impl Curve {
 /// The complex with its curves divided anew.
 pub fn respace(complex: MidComplex, size: &SizeField, placer: &dyn Placer) -> MidComplex {
     let edges = complex.edges();
-    let sheet = sheets(&complex, &edges);
+    let sheet = complex.sheets(&edges);
     let mut curves = curves(&complex, &edges, &sheet);
-    let mut odd: Vec<u32> = sheet.iter().copied().collect();
+    let mut odd: Vec<u32> = sheet.iter().map(|t| t.0).collect();
     for curve in &mut curves {
         curve.want(&complex, size);
         if curve.target().abs_diff(curve.count()) % 2 == 1 {
@@ -105,26 +102,20 @@ impl Curve {
     }
 }
 
-/// The lowest triangle of the sheet of every triangle: pieces that hang together over inner edges.
-fn sheets(complex: &MidComplex, edges: &[MidEdge]) -> IndexVec<TriangleId, u32> {
-    let mut pieces = Disjoint::new(complex.triangles.len());
-    for edge in edges.iter().filter(|e| complex.kind(e) == EdgeKind::Inner) {
-        pieces.join(edge.triangles[0].0, edge.triangles[1].0);
-    }
-    (complex.triangles.ids())
-        .map(|t| pieces.find(t.0))
-        .collect()
-}
-
 /// All feature curves.
 fn curves(
     complex: &MidComplex,
     edges: &[MidEdge],
-    sheet: &IndexVec<TriangleId, u32>,
+    sheet: &IndexVec<TriangleId, TriangleId>,
 ) -> Vec<Curve> {
     let features: Vec<(&MidEdge, Vec<u32>)> = (edges.iter())
         .filter(|e| complex.kind(e) != EdgeKind::Inner)
-        .map(|e| (e, odd_ones(e.triangles.iter().map(|&t| sheet[t]).collect())))
+        .map(|e| {
+            (
+                e,
+                odd_ones(e.triangles.iter().map(|&t| sheet[t].0).collect()),
+            )
+        })
         .collect();
     let mut at: BTreeMap<NodeId, Vec<usize>> = BTreeMap::new();
     for (i, (edge, _)) in features.iter().enumerate() {
@@ -142,9 +133,7 @@ fn curves(
             return None;
         };
         let other = if i == j { k } else { j };
-        let p = |n: NodeId| complex.nodes[n].point;
-        let turn = (p(n) - p(far(i, n))).angle_between(p(far(other, n)) - p(n));
-        let within = ends(&complex.nodes[n].supports).count() < 2 && turn < CORNER_RAD;
+        let within = is_within_curve(complex, n, [far(i, n), far(other, n)]);
         (within && features[i].1 == features[other].1).then_some(other)
     };
     let mut seen = vec![false; features.len()];
@@ -444,8 +433,8 @@ mod tests {
 
     fn odd_sheets(complex: &MidComplex) -> usize {
         let edges = complex.edges();
-        let sheet = sheets(complex, &edges);
-        odd_ones(sheet.iter().copied().collect()).len()
+        let sheet = complex.sheets(&edges);
+        odd_ones(sheet.iter().map(|t| t.0).collect()).len()
     }
 
     /// A strip with one triangle cut off a corner.

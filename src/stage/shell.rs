@@ -8,7 +8,6 @@ use crate::geom::placer::Placer;
 use crate::medial::{Foot, Medial};
 use crate::model::brep::Brep;
 use crate::model::complex::{EdgeKind, MidComplex, MidEdge, MidTriangle};
-use crate::model::disjoint::Disjoint;
 use crate::model::ids::{IndexVec, NodeId, SheetId, TriangleId, WallId};
 use crate::model::shell::{Corners, Element, Sheet, ShellMesh};
 use crate::model::walls::Pairing;
@@ -88,15 +87,12 @@ fn sheets(
     complex: &MidComplex,
     edges: &[MidEdge],
 ) -> (IndexVec<TriangleId, SheetId>, IndexVec<SheetId, WallId>) {
-    let mut pieces = Disjoint::new(complex.triangles.len());
-    for edge in edges.iter().filter(|e| complex.kind(e) == EdgeKind::Inner) {
-        pieces.join(edge.triangles[0].0, edge.triangles[1].0);
-    }
+    let first_of = complex.sheets(edges);
     let mut walls = IndexVec::new();
     let mut sheet_of: IndexVec<TriangleId, SheetId> = IndexVec::new();
     for (t, triangle) in complex.triangles.enumerated() {
-        // The lowest member stands for its piece, and comes first.
-        let first = TriangleId(pieces.find(t.0));
+        // The first of its sheet comes before all others.
+        let first = first_of[t];
         let sheet = if first == t {
             walls.push(triangle.wall)
         } else {

@@ -26,7 +26,6 @@ pub use paired::pair_quads;
 use crate::geom::orient::orient;
 use crate::geom::placer::Placer;
 use crate::model::complex::{EdgeKind, MidComplex, MidNode, MidTriangle, Support};
-use crate::model::disjoint::Disjoint;
 use crate::model::ids::{IndexVec, NodeId, TriangleId};
 use cells::Cells;
 use glam::DVec3;
@@ -109,20 +108,17 @@ pub fn quads(mut complex: MidComplex, placer: &dyn Placer) -> Halves {
 /// The sheets of a complex, in the order of their first triangles.
 fn sheets(complex: &MidComplex) -> Vec<Sheet> {
     let edges = complex.edges();
-    let mut pieces = Disjoint::new(complex.triangles.len());
-    for edge in edges.iter().filter(|e| complex.kind(e) == EdgeKind::Inner) {
-        pieces.join(edge.triangles[0].0, edge.triangles[1].0);
-    }
+    let sheet = complex.sheets(&edges);
     let mut members: IndexVec<TriangleId, Vec<TriangleId>> =
         IndexVec::filled(Vec::new(), complex.triangles.len());
     for t in complex.triangles.ids() {
-        members[TriangleId(pieces.find(t.0))].push(t);
+        members[sheet[t]].push(t);
     }
     // A node that several sheets have stays, even where they only touch.
     let mut owners: IndexVec<NodeId, Owners> = IndexVec::filled(Owners::new(), complex.nodes.len());
     let mut held: IndexVec<NodeId, bool> = IndexVec::filled(false, complex.nodes.len());
     for (t, triangle) in complex.triangles.enumerated() {
-        let piece = pieces.find(t.0);
+        let piece = sheet[t].0;
         for n in triangle.nodes {
             if !owners[n].contains(&piece) {
                 owners[n].push(piece);

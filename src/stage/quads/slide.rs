@@ -6,15 +6,14 @@
 use super::cells::{Cells, Place};
 use super::sheet::Sheet;
 use super::smooth::{GOOD, wanted};
+use crate::geom::curve_corner::is_within_curve;
 use crate::geom::placer::Placer;
 use crate::geom::triangle::nearest_on_segment;
-use crate::model::complex::{EdgeKind, MidComplex, ends};
+use crate::model::complex::{EdgeKind, MidComplex};
 use crate::model::ids::{IndexVec, NodeId};
 use glam::DVec3;
 use smallvec::SmallVec;
 
-/// A curve has a corner where it turns more than this.
-const CORNER_RAD: f64 = 35.0 * std::f64::consts::PI / 180.0;
 /// A node slides no further than this share of the way to its neighbour.
 const REACH: f64 = 0.4;
 /// Sweeps along all curves before the sheets follow.
@@ -51,14 +50,11 @@ impl Curves {
                 beside[b].push(a);
             }
         }
-        let point = |n: NodeId| complex.nodes[n].point;
         let slider = |(node, beside): (NodeId, &SmallVec<[NodeId; 3]>)| {
             let &[a, b] = beside.as_slice() else {
                 return None;
             };
-            let turn = (point(node) - point(a)).angle_between(point(b) - point(node));
-            let within = ends(&complex.nodes[node].supports).count() < 2 && turn < CORNER_RAD;
-            within.then(|| Slider {
+            is_within_curve(complex, node, [a, b]).then(|| Slider {
                 node,
                 beside: [a, b],
                 at: at[node].clone(),
