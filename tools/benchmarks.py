@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Runs midshell over CAD parts and writes what came of it into a Markdown page, between its markers.
 
-    tools/with-tools.sh python3 tools/benchmarks.py --parts PATH... [--time PART...] [--page docs/benchmarks.md]
+    tools/with-tools.sh python3 tools/benchmarks.py --parts PATH... [--time PART...] [--quads PATH...] [--page docs/benchmarks.md]
 
 PATH is a CAD file or a folder of them. --time names parts that are timed alone, by stage, beside `gmsh PART -2` at the same size in the same run.
 Without --page the tables are printed. --verdicts FILE adds the judgement of a judge of your own: a CSV file with the columns `part` (the
@@ -173,6 +173,39 @@ def corpus_text(rows, verdicts, before=None):
     return "\n\n".join(blocks)
 
 
+def quads_row(part, a, folder):
+    status, seconds, told, _, said = mesh(part, a, folder, "-q", "--threads", str(a.threads), "--element", "quad")
+    print(f"{part.stem} in quads: {status} in {seconds:.1f} s", file=sys.stderr, flush=True)
+    if not told:
+        return dict(part=part.stem, status=status, why=said if status is None else first_cause(said).replace(str(part), part.name))
+    quality = told["quality"]
+    jacobian = next(m for m in quality["metrics"] if m["name"] == "quad.scaled_jacobian")
+    low, high = jacobian["histogram_range"]
+    bins = jacobian["histogram"]
+    good = sum(count for i, count in enumerate(bins) if low + (high - low) * i / len(bins) >= 0.7 - 1e-9)
+    return dict(part=part.stem, status=status, quads=quality["quads"], triangles=quality["triangles"], least=jacobian["min"], mean=jacobian["mean"], good=good, passed=quality["pass_share"], seconds=seconds)
+
+
+def quads_text(rows):
+    """how good meshes of quads are, over all parts and part by part"""
+    made = [r for r in rows if "quads" in r]
+    quads, triangles = (sum(r[k] for r in made) for k in ("quads", "triangles"))
+    total = max(1, quads + triangles)
+    summary = [["parts meshed", f"{len(made)} of {len(rows)}"],
+               ["quads with a scaled Jacobian of 0.7 or more", percent(sum(r["good"] for r in made) / max(1, quads))],
+               ["least scaled Jacobian of a quad", f"{min(r['least'] for r in made):.3f}"],
+               ["mean scaled Jacobian, mean of the parts", f"{statistics.mean(r['mean'] for r in made):.3f}"],
+               ["triangles among the elements", percent(triangles / total)],
+               ["elements within profile `shell`", percent(sum(r["passed"] * (r["quads"] + r["triangles"]) for r in made) / total)]]
+    line = lambda r: [r["part"], r["status"], r["quads"], r["triangles"], f"{r['least']:.3f}", f"{r['mean']:.3f}", percent(r["good"] / max(1, r["quads"])), percent(r["passed"])]
+    head = ["part", "status", "quads", "triangles", "scaled Jacobian, least", "mean", "0.7 or more", "within profile `shell`"]
+    blocks = [table(["all parts", ""], summary), table(head, map(line, made))]
+    lost = [r for r in rows if "quads" not in r]
+    if lost:
+        blocks.append("Not meshed: " + "; ".join(f"{r['part']} ({r['why']})" for r in lost))
+    return "\n\n".join(blocks)
+
+
 def gmsh_seconds(part, size, folder):
     """wall time and elements of `gmsh PART -2` with this size as the greatest, in one thread"""
     gmsh = os.environ.get("MIDSHELL_GMSH", "gmsh")
@@ -207,6 +240,7 @@ def main():
     p = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     p.add_argument("--parts", nargs="+", default=[], help="CAD files or folders of them")
     p.add_argument("--time", nargs="+", default=[], help="parts to time by stage, beside gmsh")
+    p.add_argument("--quads", nargs="+", default=[], help="parts, or folders of them, to mesh in quads")
     p.add_argument("--midshell", default=str(ROOT / "target/release/midshell"), help="the binary")
     p.add_argument("--page", type=Path, help="the page to write into")
     p.add_argument("--verdicts", type=Path, help="CSV of a judge of your own: part, verdict")
@@ -216,8 +250,8 @@ def main():
     p.add_argument("--threads", type=int, default=2, help="threads a part")
     p.add_argument("--limit", type=float, default=120, help="seconds a part")
     a = p.parse_args()
-    if not (a.parts or a.time or a.results):
-        p.error("nothing to do: name --parts, --results or --time")
+    if not (a.parts or a.time or a.results or a.quads):
+        p.error("nothing to do: name --parts, --results, --quads or --time")
     texts = {}
     page = a.page.read_text() if a.page else ""
     with tempfile.TemporaryDirectory() as folder:
@@ -238,6 +272,9 @@ def main():
             with ThreadPoolExecutor(a.jobs) as pool:
                 rows = list(pool.map(lambda part: corpus_row(part, a, folder), parts_of(a.parts)))
             texts["corpus"] = corpus_text(rows, verdicts)
+        if a.quads:
+            with ThreadPoolExecutor(a.jobs) as pool:
+                texts["quad corpus"] = quads_text(list(pool.map(lambda part: quads_row(part, a, folder), parts_of(a.quads))))
     for name, text in texts.items():
         marked = re.compile(rf"(<!-- {name} -->\n).*?(<!-- end of {name} -->)", re.S)
         if not a.page:
