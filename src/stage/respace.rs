@@ -29,6 +29,9 @@ pub type SizeField<'a> = dyn Fn(DVec3, WallId) -> f64 + Sync + 'a;
 /// Edges of a curve between these shares of the wanted length are as long as wanted: what a remesher leaves between splitting and contracting, and a little more.
 const AS_WANTED: [f64; 2] = [0.5, 1.6];
 
+/// A curve is straight where its edges turn by less than this cosine, five degrees, from the first.
+const STRAIGHT_COS: f64 = 0.996;
+
 /// A feature curve between corners.
 struct Curve {
     /// Its nodes in order; of a closed one the first comes again as the last.
@@ -80,6 +83,16 @@ pub fn respace(complex: MidComplex, size: &SizeField, placer: &dyn Placer) -> Mi
 }
 
 impl Curve {
+    /// Whether it is not straight.
+    fn bends(&self, complex: &MidComplex) -> bool {
+        let ways = self.nodes.windows(2).map(|pair| {
+            let [p, q] = [pair[0], pair[1]].map(|n| complex.nodes[n].point);
+            (q - p).normalize_or_zero()
+        });
+        let ways: Vec<DVec3> = ways.collect();
+        ways.iter().any(|w| w.dot(ways[0]) < STRAIGHT_COS)
+    }
+
     /// Finds how many edges it is to have.
     fn want(&mut self, complex: &MidComplex, size: &SizeField) {
         let wall = |n: NodeId| {
@@ -98,7 +111,13 @@ impl Curve {
             plain &= ratio > AS_WANTED[0] && ratio < AS_WANTED[1];
         }
         self.even = plain;
-        self.wanted = if plain { sum } else { self.count() as f64 };
+        let count = self.count() as f64;
+        self.wanted = match plain {
+            // A bend is divided as finely as it needs.
+            true if self.bends(complex) => sum.max(count),
+            true => sum,
+            false => count,
+        };
     }
 }
 

@@ -102,7 +102,7 @@ impl RemeshOptions {
     /// For meshes that are to be quads: rows of quads do not get wider as fast as triangles, so that curves are followed less closely.
     pub fn for_quads() -> Self {
         Self {
-            max_deviation: 0.15,
+            max_deviation: 0.12,
             ..Self::default()
         }
     }
