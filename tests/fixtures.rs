@@ -133,6 +133,7 @@ const QUADS_LACK: &[(&str, &str)] = &[
     ("perforated", "area"),
     // A boss as high as wide between four ribs: its quads bend so much that they pass for sheets of their own.
     ("boss_ribs", "sheets"),
+    ("boss_ribs", "creases"),
 ];
 /// This share of the elements has to be within the default criteria.
 const LEAST_GOOD: f64 = 0.95;
