@@ -3,8 +3,8 @@
 //! **In** a complex whose sheets were meshed with the halves of squares, with an even number of triangles each. **Out** the same sheets with other nodes inside, still as
 //! triangles, and the edges that halve quads.
 //!
-//! Sheet by sheet: triangles are paired (a matching: Remacle et al. 2012, "Blossom-Quad", doi:10.1002/nme.3279), single ones carried to one another ([`transport`]), nodes
-//! brought nearer to four quads each ([`valence`]), free nodes smoothed ([`smooth`]) and put onto the exact mid-surface.
+//! Sheet by sheet: triangles are paired (a matching: Remacle et al. 2012, "Blossom-Quad", doi:10.1002/nme.3279), single ones carried to one another (`transport`), nodes
+//! brought nearer to four quads each (`valence`), free nodes smoothed (`smooth`) and put onto the exact mid-surface.
 //!
 //! **Guarantees.** Feature curves with their nodes, topology and walls stay; nothing is turned over that was not before; the same for any number of threads.
 //! A quad that comes out bad is two triangles. **Limits.** Nodes on curves do not move: where they are spaced badly, so are the quads beside them.
