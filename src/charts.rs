@@ -9,11 +9,11 @@
 //! number of threads. What cannot be improved keeps its old triangles and is listed.
 //! **Limits.** Boundary nodes are taken as they are: where they are spaced badly, so are the triangles beside them.
 
-use crate::geom::placer::Placer;
+use crate::geom::placer::{Placer, SizeField};
 use crate::model::complex::{MidComplex, MidNode, MidTriangle, Support};
 use crate::model::ids::{Id, IndexVec, NodeId, PatchId, TriangleId};
 use crate::model::patch::{Patch, PatchMesh};
-use crate::stage::chart_mesh::{Pattern, SizeField, triangulate};
+use crate::stage::chart_mesh::{Pattern, triangulate};
 use crate::stage::flatten::flatten;
 use crate::stage::patch::{cut, patches};
 use rayon::prelude::*;

@@ -4,6 +4,9 @@ use crate::model::complex::Support;
 use crate::model::ids::WallId;
 use glam::DVec3;
 
+/// Wanted edge length, mm, at a point of a wall.
+pub type SizeField<'a> = dyn Fn(DVec3, WallId) -> f64 + Sync + 'a;
+
 /// Puts points on the surfaces that they must lie on, and tells the wall's thickness there.
 ///
 /// Implemented by the exact mid-surface of the part; tests implement it by closed forms (plane, cylinder, sphere).

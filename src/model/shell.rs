@@ -81,3 +81,19 @@ pub struct ShellMesh {
     /// Edges where two sheets meet at a fold, sorted.
     pub creases: Vec<[NodeId; 2]>,
 }
+
+impl ShellMesh {
+    /// Twice the area vector of an element, mm², along the normal that its corners' order gives. Its nodes have to be there.
+    pub fn doubled_area(&self, element: &Element) -> DVec3 {
+        match element.corners {
+            Corners::Triangle(n) => {
+                let [a, b, c] = n.map(|n| self.nodes[n]);
+                (b - a).cross(c - a)
+            }
+            Corners::Quad(n) => {
+                let [a, b, c, d] = n.map(|n| self.nodes[n]);
+                (c - a).cross(d - b)
+            }
+        }
+    }
+}

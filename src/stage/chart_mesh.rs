@@ -20,9 +20,8 @@ mod sizes;
 mod surface;
 
 use crate::geom::cdt::CdtError;
-use crate::geom::placer::Placer;
+use crate::geom::placer::{Placer, SizeField};
 use crate::model::complex::Support;
-use crate::model::ids::WallId;
 use crate::model::patch::{Chart, Patch, PatchMesh};
 use cross::Cross;
 use front::Point;
@@ -40,9 +39,6 @@ pub enum Pattern {
     /// The halves of squares along a cross field, to be paired into quads.
     Squares,
 }
-
-/// Wanted edge length, mm, at a point of a wall.
-pub type SizeField<'a> = dyn Fn(DVec3, WallId) -> f64 + Sync + 'a;
 
 /// Why a patch keeps its old triangles.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]

@@ -14,17 +14,14 @@
 
 use crate::geom::curve_corner::is_within_curve;
 use crate::geom::orient::folded;
-use crate::geom::placer::Placer;
+use crate::geom::placer::{Placer, SizeField};
 use crate::model::complex::{
     EdgeKind, MidComplex, MidEdge, MidNode, MidTriangle, Support, Supports,
 };
-use crate::model::ids::{IndexVec, NodeId, TriangleId, WallId};
+use crate::model::ids::{IndexVec, NodeId, TriangleId};
 use glam::DVec3;
 use smallvec::SmallVec;
 use std::collections::{BTreeMap, BTreeSet};
-
-/// Wanted edge length, mm, at a point of a wall.
-pub type SizeField<'a> = dyn Fn(DVec3, WallId) -> f64 + Sync + 'a;
 
 /// Edges of a curve between these shares of the wanted length are as long as wanted: what a remesher leaves between splitting and contracting, and a little more.
 const AS_WANTED: [f64; 2] = [0.5, 1.6];

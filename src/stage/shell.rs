@@ -159,12 +159,7 @@ fn nodal(mesh: &mut ShellMesh) {
         IndexVec::filled((None, DVec3::ZERO), mesh.nodes.len());
     for e in &mesh.elements {
         let n = e.corners.as_slice();
-        let p = |k: usize| mesh.nodes[n[k]];
-        let area = if n.len() == 4 {
-            (p(2) - p(0)).cross(p(3) - p(1))
-        } else {
-            (p(1) - p(0)).cross(p(2) - p(0))
-        };
+        let area = mesh.doubled_area(e);
         for (k, &node) in n.iter().enumerate() {
             weight[node] += area.length();
             thickness[node] += area.length() * e.thickness[k];

@@ -2,7 +2,7 @@
 
 use crate::model::disjoint::Disjoint;
 use crate::model::ids::{ElementId, Id, NodeId, SheetId};
-use crate::model::shell::{Corners, ShellMesh};
+use crate::model::shell::ShellMesh;
 use glam::DVec3;
 
 /// Folds sharper than this have no thickness of their own nearby.
@@ -48,16 +48,7 @@ fn area_vector(mesh: &ShellMesh, id: ElementId) -> DVec3 {
     if !is_sound(mesh, id) {
         return DVec3::ZERO;
     }
-    match mesh.elements[id].corners {
-        Corners::Triangle(n) => {
-            let [a, b, c] = n.map(|n| mesh.nodes[n]);
-            (b - a).cross(c - a)
-        }
-        Corners::Quad(n) => {
-            let [a, b, c, d] = n.map(|n| mesh.nodes[n]);
-            (c - a).cross(d - b)
-        }
-    }
+    mesh.doubled_area(&mesh.elements[id])
 }
 
 /// Whether a corner of a quad caves in or vanishes, or a triangle has no area.
@@ -150,6 +141,7 @@ pub(super) fn look_at(mesh: &ShellMesh) -> Topology {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::model::shell::Corners;
     use crate::test_parts::plate_mesh;
 
     #[test]

@@ -3,7 +3,7 @@
 use super::edges::{Edges, is_inner};
 use crate::model::ids::{ElementId, Id};
 use crate::model::mesh_audit::SheetNormals;
-use crate::model::shell::{Corners, ShellMesh};
+use crate::model::shell::ShellMesh;
 
 /// Goes over each sheet from element to element, turned as the first of its piece; what then disagrees with the greater part of the piece is turned over.
 pub(super) fn normals(mesh: &ShellMesh, edges: &Edges) -> Vec<SheetNormals> {
@@ -60,15 +60,5 @@ pub(super) fn normals(mesh: &ShellMesh, edges: &Edges) -> Vec<SheetNormals> {
 }
 
 fn area_of(mesh: &ShellMesh, id: ElementId) -> f64 {
-    let twice = match mesh.elements[id].corners {
-        Corners::Triangle(n) => {
-            let [a, b, c] = n.map(|n| mesh.nodes[n]);
-            (b - a).cross(c - a)
-        }
-        Corners::Quad(n) => {
-            let [a, b, c, d] = n.map(|n| mesh.nodes[n]);
-            (c - a).cross(d - b)
-        }
-    };
-    twice.length() / 2.0
+    mesh.doubled_area(&mesh.elements[id]).length() / 2.0
 }

@@ -110,13 +110,7 @@ fn joined(
 
 /// Elements that lie against all their neighbours in the sheet taken together, and these neighbours.
 fn folded(mesh: &ShellMesh) -> Vec<ElementId> {
-    let area = |e: &Element| {
-        let p = |k: usize| mesh.nodes[e.corners.as_slice()[k]];
-        match e.corners {
-            Corners::Triangle(_) => (p(1) - p(0)).cross(p(2) - p(0)),
-            Corners::Quad(_) => (p(2) - p(0)).cross(p(3) - p(1)),
-        }
-    };
+    let area = |e: &Element| mesh.doubled_area(e);
     let mut sides: Vec<([NodeId; 2], ElementId)> = Vec::new();
     for (id, element) in mesh.elements.enumerated() {
         let nodes = element.corners.as_slice();

@@ -3,7 +3,7 @@
 use super::cells::{Cells, Ground, Place, Ring};
 use super::insert::{insert, relieve};
 use super::matching::{self, Edge};
-use super::smooth::{Effort, smooth};
+use super::smooth::{Effort, mean_edge, smooth};
 use super::transport::transport;
 use super::valence::clean_up;
 use crate::geom::placer::Placer;
@@ -199,13 +199,9 @@ impl Sheet {
                 continue;
             }
             let star = cells.star(n).clone();
-            let near = cells.neighbours(n);
             let place = cells.place(n);
             let here = place.point;
-            let reach = (near.iter())
-                .map(|&m| here.distance(cells.points[m as usize]))
-                .sum::<f64>()
-                / near.len() as f64;
+            let reach = mean_edge(cells, n);
             let before = cells.worst(&star);
             let placed = placer.place(here, &supports);
             if !(placed.is_finite() && placed.distance(here) < NEAR * reach) {

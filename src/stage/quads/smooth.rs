@@ -76,7 +76,7 @@ pub(super) fn smooth(cells: &mut Cells, ground: &dyn Ground, effort: Effort) {
 }
 
 /// The mean length of the edges at a node, mm.
-fn mean_edge(cells: &Cells, node: u32) -> f64 {
+pub(super) fn mean_edge(cells: &Cells, node: u32) -> f64 {
     let neighbours = cells.neighbours(node);
     let home = cells.points[node as usize];
     let all: f64 = (neighbours.iter())
