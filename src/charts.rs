@@ -9,7 +9,7 @@
 //! number of threads. What cannot be improved keeps its old triangles and is listed.
 //! **Limits.** Boundary nodes are taken as they are: where they are spaced badly, so are the triangles beside them.
 
-use crate::geom::placer::{Placer, SizeField};
+use crate::geom::placer::{LengthField, Placer};
 use crate::model::complex::{MidComplex, MidNode, MidTriangle, Support};
 use crate::model::ids::{Id, IndexVec, NodeId, PatchId, TriangleId};
 use crate::model::patch::{Patch, PatchMesh};
@@ -37,16 +37,16 @@ pub struct Outcome {
     pub kept: Vec<PatchId>,
 }
 
-/// Meshes every patch at the wanted edge length `size`, mm.
+/// Meshes every patch at the wanted edge lengths; triangles are as long everywhere as these are across.
 pub fn mesh_charts(
     complex: &MidComplex,
     pattern: Pattern,
-    size: &SizeField,
+    lengths: &LengthField,
     placer: &dyn Placer,
 ) -> Outcome {
     let how = How {
         pattern,
-        size,
+        lengths,
         placer,
     };
     let old = vec![true; complex.triangles.len()];
@@ -61,7 +61,7 @@ pub fn mesh_charts(
 /// What every patch is meshed with.
 struct How<'a> {
     pattern: Pattern,
-    size: &'a SizeField<'a>,
+    lengths: &'a LengthField<'a>,
     placer: &'a dyn Placer,
 }
 
@@ -152,7 +152,7 @@ fn round(complex: &MidComplex, avoid: Option<&[NodeId]>, old: &[bool], how: &How
 fn mesh_or_cut(patch: &Patch, avoid: &[NodeId], how: &How) -> Vec<Piece> {
     let mesh = flatten(patch)
         .ok()
-        .and_then(|chart| triangulate(patch, &chart, how.pattern, how.size, how.placer).ok());
+        .and_then(|chart| triangulate(patch, &chart, how.pattern, how.lengths, how.placer).ok());
     if mesh.is_some() || patch.triangles.len() < SMALLEST {
         let patch = patch.clone();
         return vec![Piece { patch, mesh }];

@@ -1,4 +1,5 @@
 use super::*;
+use crate::geom::placer::Lengths;
 use crate::model::ids::WallId;
 use crate::stage::test_shapes::{self as shapes, Onto, Stay};
 use glam::DVec3;
@@ -51,7 +52,12 @@ fn area(complex: &MidComplex) -> f64 {
 
 /// Meshes, and checks what must always hold.
 fn run(complex: &MidComplex, size: f64, placer: &dyn Placer) -> Outcome {
-    let out = mesh_charts(complex, Pattern::Triangles, &|_, _| size, placer);
+    let out = mesh_charts(
+        complex,
+        Pattern::Triangles,
+        &|_, _| Lengths::equal(size),
+        placer,
+    );
     assert_eq!(out.complex.check(), vec![]);
     assert_eq!(out.complex.euler(), complex.euler());
     assert_eq!(out.complex.pieces(), complex.pieces());
@@ -170,7 +176,7 @@ fn a_twisted_strip_keeps_its_topology() {
 #[test]
 fn sizes_grow_from_a_fine_rim() {
     let c = shapes::plate_with_holes(2.0);
-    let out = mesh_charts(&c, Pattern::Triangles, &|_, _| 8.0, &Stay);
+    let out = mesh_charts(&c, Pattern::Triangles, &|_, _| Lengths::equal(8.0), &Stay);
     assert!(out.kept.is_empty());
     let (share, least, _) = census(&out.complex);
     assert!(least > 45.0, "{least}");
@@ -186,7 +192,7 @@ fn the_same_for_any_number_of_threads() {
             .num_threads(threads)
             .build()
             .unwrap();
-        pool.install(|| mesh_charts(&c, Pattern::Triangles, &|_, _| 3.0, &Stay))
+        pool.install(|| mesh_charts(&c, Pattern::Triangles, &|_, _| Lengths::equal(3.0), &Stay))
     };
     assert_eq!(with(1), with(4));
 }
@@ -201,8 +207,13 @@ fn counts_do_not_change_when_the_part_is_moved() {
         shapes::torus(40, 14),
         shapes::sphere(8, true),
     ] {
-        let a = mesh_charts(&c, Pattern::Triangles, &|_, _| 4.0, &Stay);
-        let b = mesh_charts(&shapes::moved(&c), Pattern::Triangles, &|_, _| 4.0, &Stay);
+        let a = mesh_charts(&c, Pattern::Triangles, &|_, _| Lengths::equal(4.0), &Stay);
+        let b = mesh_charts(
+            &shapes::moved(&c),
+            Pattern::Triangles,
+            &|_, _| Lengths::equal(4.0),
+            &Stay,
+        );
         assert_eq!((a.patches, a.cut), (b.patches, b.cut));
         assert_eq!(a.complex.nodes.len(), b.complex.nodes.len());
         assert_eq!(a.complex.triangles.len(), b.complex.triangles.len());
@@ -228,7 +239,7 @@ fn old_triangles_stay_where_the_new_ones_fail() {
             f64::INFINITY
         }
     }
-    let out = mesh_charts(&c, Pattern::Triangles, &|_, _| 2.0, &Wild);
+    let out = mesh_charts(&c, Pattern::Triangles, &|_, _| Lengths::equal(2.0), &Wild);
     assert!(!out.kept.is_empty());
     assert_eq!(out.complex.check(), vec![]);
     assert_eq!(out.complex.euler(), c.euler());

@@ -1,5 +1,6 @@
 //! Shared mathematics: no topology, no files, no clocks.
 
+pub mod bend;
 pub mod cdt;
 pub mod curve_corner;
 pub mod kind;

@@ -7,6 +7,38 @@ use glam::DVec3;
 /// Wanted edge length, mm, at a point of a wall.
 pub type SizeField<'a> = dyn Fn(DVec3, WallId) -> f64 + Sync + 'a;
 
+/// Wanted edge lengths, along an axis and across it, at a point of a wall.
+pub type LengthField<'a> = dyn Fn(DVec3, WallId) -> Lengths + Sync + 'a;
+
+/// Wanted edge lengths at a place: where a wall bends one way only, edges along the bend may be longer than those across it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Lengths {
+    /// Unit direction of the longer ones; zero where all are equal.
+    pub axis: DVec3,
+    /// Length along the axis, mm.
+    pub along: f64,
+    /// Length across it, mm.
+    pub across: f64,
+}
+
+impl Lengths {
+    /// The same length every way.
+    pub fn equal(length: f64) -> Self {
+        Self {
+            axis: DVec3::ZERO,
+            along: length,
+            across: length,
+        }
+    }
+
+    /// The length in a direction (of any length), mm: the radius of the ellipse.
+    pub fn towards(&self, way: DVec3) -> f64 {
+        let cos = way.normalize_or_zero().dot(self.axis);
+        let inverse = (cos / self.along).powi(2) + (1.0 - cos * cos) / self.across.powi(2);
+        inverse.sqrt().recip()
+    }
+}
+
 /// Puts points on the surfaces that they must lie on, and tells the wall's thickness there.
 ///
 /// Implemented by the exact mid-surface of the part; tests implement it by closed forms (plane, cylinder, sphere).
@@ -47,4 +79,29 @@ pub trait Placer: Sync {
 
     /// Radius of the tightest curvature of the wall's mid-surface near `point`, mm; infinite where it is flat.
     fn curvature_radius(&self, point: DVec3, wall: WallId) -> f64;
+
+    /// Unit direction in which the wall's mid-surface bends least near `point`, and the radius of that, mm; `None` where it does not bend at all, or nothing is known.
+    fn lengthwise(&self, point: DVec3, wall: WallId) -> Option<(DVec3, f64)> {
+        let _ = (point, wall);
+        None
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lengths_are_radii_of_an_ellipse() {
+        let lengths = Lengths {
+            axis: DVec3::Z,
+            along: 4.0,
+            across: 1.0,
+        };
+        assert_eq!(lengths.towards(DVec3::Z * 7.0), 4.0);
+        assert_eq!(lengths.towards(DVec3::X), 1.0);
+        let slant = lengths.towards(DVec3::X + DVec3::Z);
+        assert!((slant - (2.0f64 / (1.0 + 1.0 / 16.0)).sqrt()).abs() < 1e-12);
+        assert!((Lengths::equal(3.0).towards(DVec3::new(1.0, 2.0, 3.0)) - 3.0).abs() < 1e-12);
+    }
 }

@@ -2,6 +2,7 @@
 
 use super::edges::Edges;
 use super::void::Material;
+use crate::geom::bend::{Bend, bend};
 use crate::geom::six_node::{self, ReadyFacet};
 use crate::model::brep::Brep;
 use crate::model::ids::{FaceId, FacetId, IndexVec, VertexId};
@@ -18,6 +19,8 @@ pub(super) struct Ground {
     pub(super) bent: IndexVec<FacetId, Vec<FacetId>>,
     /// Normal curvature of each facet, 1/mm, estimated from its corner normals: the largest, above zero where the face bulges and below where it is hollow.
     pub(super) curvature: IndexVec<FacetId, f64>,
+    /// The principal curvatures of each facet, from the same normals.
+    pub(super) bends: IndexVec<FacetId, Bend>,
 }
 
 /// Normals of a flat facet differ by rounding, which is far less than this, rad; a bend of that little is none.
@@ -30,13 +33,21 @@ impl Ground {
         for (id, f) in brep.facets.enumerated() {
             of_face[f.face].push(id);
         }
-        let curvature = brep
-            .facets
-            .enumerated()
-            .map(|(id, f)| {
-                let p = brep.corners(id);
-                let n = [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0)]
-                    .map(|(u, v)| six_node::normal(&p, &f.mids, u, v));
+        let corners = |id: FacetId| {
+            let (p, mids) = (brep.corners(id), &brep.facets[id].mids);
+            let n =
+                [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0)].map(|(u, v)| six_node::normal(&p, mids, u, v));
+            (p, n)
+        };
+        let bends = (brep.facets.ids())
+            .map(|id| {
+                let (p, n) = corners(id);
+                bend(p, n)
+            })
+            .collect();
+        let curvature = (brep.facets.ids())
+            .map(|id| {
+                let (p, n) = corners(id);
                 (0..3)
                     .map(|k| {
                         let (turn, side) = (n[k] - n[(k + 1) % 3], p[k] - p[(k + 1) % 3]);
@@ -62,6 +73,7 @@ impl Ground {
             bent: bent_neighbours(brep, &facets),
             facets,
             curvature,
+            bends,
         }
     }
 }

@@ -116,6 +116,10 @@ impl Placer for Held<'_> {
     fn curvature_radius(&self, point: DVec3, wall: WallId) -> f64 {
         self.medial.curvature_radius(point, wall)
     }
+
+    fn lengthwise(&self, point: DVec3, wall: WallId) -> Option<(DVec3, f64)> {
+        self.medial.lengthwise(point, wall)
+    }
 }
 
 #[cfg(test)]

@@ -11,6 +11,10 @@ const STEP_REACH: f64 = 2.0;
 
 /// Radii of concentric arcs differ by the thickness; by more than this many times that arcs are not concentric.
 const CONCENTRIC: f64 = 1.5;
+
+/// A wall bends one way or the other where its radius is less than a million thicknesses.
+const NO_BEND: f64 = 1e-6;
+
 impl Medial<'_> {
     /// Radius with which the mid-surface climbs at a step near `point`, mm; infinite where there is none within reach.
     pub fn step_radius(&self, point: DVec3, wall: WallId) -> f64 {
@@ -82,18 +86,39 @@ impl Placer for Medial<'_> {
         if self.straight_on(point, wall, [a, b]).is_some() {
             return f64::INFINITY;
         }
-        let [k, l] = [a, b].map(|f| self.ground.curvature[f.facet]);
-        let (r, s) = (1.0 / k.abs(), 1.0 / l.abs());
-        let bend = if k * l > 0.0 {
-            // Both bulge, or both are hollow: the middle bends less, but the thickness changes by as much, and wants as short edges.
-            2.0 / (k + l).abs()
-        } else if (r - s).abs() <= CONCENTRIC * self.thickness[wall] {
-            // The middle of two concentric arcs.
-            (r + s) / 2.0
+        let curvatures = [a, b].map(|f| self.ground.curvature[f.facet]);
+        middle_radius(curvatures, self.thickness[wall]).min(self.step_radius(point, wall))
+    }
+
+    fn lengthwise(&self, point: DVec3, wall: WallId) -> Option<(DVec3, f64)> {
+        if self.planes(wall).is_some() {
+            return None;
+        }
+        let [a, b] = self.feet(point, wall)?;
+        let [k, l] = [a, b].map(|f| self.ground.bends[f.facet]);
+        let (foot, bend) = if k.most.abs() >= l.most.abs() {
+            (a, k)
         } else {
-            // Where one side is flat, or much flatter than that, the other's word counts for half.
-            2.0 * r.min(s)
+            (b, l)
         };
-        bend.min(self.step_radius(point, wall))
+        let axis = bend.way.cross(foot.normal).try_normalize()?;
+        let radius = middle_radius([k.least, l.least], self.thickness[wall]);
+        // Rounding makes a flat facet bend a little, some way.
+        (bend.most.abs() * self.thickness[wall] > NO_BEND).then_some((axis, radius))
+    }
+}
+
+/// Radius of the middle between two sides of these curvatures (1/mm, above zero where the side bulges), mm.
+fn middle_radius([k, l]: [f64; 2], thickness: f64) -> f64 {
+    let (r, s) = (1.0 / k.abs(), 1.0 / l.abs());
+    if k * l > 0.0 {
+        // Both bulge, or both are hollow: the middle bends less, but the thickness changes by as much, and wants as short edges.
+        2.0 / (k + l).abs()
+    } else if (r - s).abs() <= CONCENTRIC * thickness {
+        // The middle of two concentric arcs.
+        (r + s) / 2.0
+    } else {
+        // Where one side is flat, or much flatter than that, the other's word counts for half.
+        2.0 * r.min(s)
     }
 }

@@ -1,12 +1,17 @@
 //! The mid-surfaces of a solid's walls as the stages after the choice of walls ask for them: as what places nodes, and for the edge length wanted at a place.
 
-use crate::geom::placer::Placer;
+use crate::geom::placer::{Lengths, Placer};
 use crate::medial::{Held, Medial};
 use crate::model::complex::MidComplex;
 use crate::model::ids::WallId;
 use crate::stage::size::Sizing;
-use glam::DVec3;
+use glam::{DVec3, FloatExt};
 use rayon::prelude::*;
+
+/// Edges of quads that follow a bend, as a share of those of triangles.
+const SQUARE_AT_BENDS: f64 = 0.75;
+/// Edges along a bend may be so many times as long as those across it: aspects of five are too long for a solver.
+const LONGEST: f64 = 4.0;
 
 /// The mid-surfaces, held in the material where sheets would leave it otherwise.
 #[derive(Clone, Debug)]
@@ -40,6 +45,30 @@ impl<'a> Middle<'a> {
             let thickness = walls.mean_thickness(w);
             let bend = sizing.at(walls.curvature_radius(p, w), thickness);
             bend.min(sizing.at_step(walls.step_radius(p, w), thickness))
+        }
+    }
+
+    /// The edge lengths wanted for quads at a place on a wall: along a bend longer than across it.
+    pub fn lengths(&self, sizing: &Sizing) -> impl Fn(DVec3, WallId) -> Lengths + Sync {
+        let (walls, field) = (self.walls, self.field(sizing));
+        let sizing = *sizing;
+        move |p, w| {
+            let size = field(p, w);
+            // Where the wall bends, a square has to be smaller than a triangle to leave it as little: its diagonal is longer.
+            let across = size * SQUARE_AT_BENDS.lerp(1.0, (size / sizing.target).clamp(0.0, 1.0));
+            let Some((axis, radius)) = walls.lengthwise(p, w) else {
+                return Lengths::equal(across);
+            };
+            let thickness = walls.mean_thickness(w);
+            let along = sizing
+                .at(radius, thickness)
+                .min(sizing.at_step(walls.step_radius(p, w), thickness))
+                .clamp(across, LONGEST * across);
+            Lengths {
+                axis,
+                along,
+                across,
+            }
         }
     }
 

@@ -9,7 +9,7 @@ use super::report::SolidReport;
 use super::seen::Seen;
 use super::tidy::{self, connected, folds};
 use crate::charts;
-use crate::geom::placer::Placer;
+use crate::geom::placer::{Lengths, Placer};
 use crate::medial::Medial;
 use crate::model::brep::Brep;
 use crate::model::complex::MidComplex;
@@ -23,11 +23,8 @@ use crate::stage::quads::{self, Halves};
 use crate::stage::remesh::{self, RemeshOptions};
 use crate::stage::size::{self, Sizing};
 use crate::stage::{balance, respace, shell};
-use glam::{DVec3, FloatExt};
+use glam::DVec3;
 use std::cell::OnceCell;
-
-/// Side of a square, where it bends much, over that of a triangle: the mesh leaves a bend by as much with both.
-const SQUARE_AT_BENDS: f64 = 0.75;
 
 /// The shell of one solid; quads where such are asked for.
 pub(super) fn mesh_solid(
@@ -157,7 +154,8 @@ impl Job<'_> {
         });
         dump.complex("remeshed", &complex)?;
         let complex = clock.time("charts", || {
-            charts::mesh_charts(&complex, Pattern::Triangles, &field, placer).complex
+            let equal = |p: DVec3, w: WallId| Lengths::equal(field(p, w));
+            charts::mesh_charts(&complex, Pattern::Triangles, &equal, placer).complex
         });
         dump.complex("charted", &complex)?;
         let complex = clock.time("polish", || {
@@ -184,23 +182,18 @@ impl Job<'_> {
         if self.shape == ElementShape::Triangle {
             return Ok(plain(complex));
         }
-        let (sizes, placer) = (middle.field(self.sizing), middle.placer());
-        // Where the wall bends, a square has to be smaller than a triangle to leave it as little: its diagonal is longer.
-        let target = self.sizing.target;
-        let field = |p: DVec3, w: WallId| {
-            let size = sizes(p, w);
-            size * SQUARE_AT_BENDS.lerp(1.0, (size / target).clamp(0.0, 1.0))
-        };
+        let placer = middle.placer();
+        let lengths = middle.lengths(self.sizing);
         let squares = clock.time("charts", || {
-            let even = respace::respace(complex.clone(), &field, placer);
-            let squares = charts::mesh_charts(&even, Pattern::Squares, &field, placer).complex;
+            let even = respace::respace(complex.clone(), &lengths, placer);
+            let squares = charts::mesh_charts(&even, Pattern::Squares, &lengths, placer).complex;
             if folds(&squares) == 0 {
                 return squares;
             }
             // What is mended by contracting a curve may be odd again.
             respace::respace(
                 connected(squares, |c| remesh::unfold(c, placer)),
-                &field,
+                &lengths,
                 placer,
             )
         });

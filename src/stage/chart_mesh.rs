@@ -12,6 +12,7 @@
 //! very different lengths side by side, likewise. **Cost.** A dozen Delaunay triangulations of the new points.
 
 mod cross;
+mod directed;
 mod flip;
 mod front;
 mod polish;
@@ -20,12 +21,13 @@ mod sizes;
 mod surface;
 
 use crate::geom::cdt::CdtError;
-use crate::geom::placer::{Placer, SizeField};
+use crate::geom::placer::{LengthField, Placer};
 use crate::model::complex::Support;
 use crate::model::patch::{Chart, Patch, PatchMesh};
 use cross::Cross;
+use directed::Directed;
 use front::Point;
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 use rayon::prelude::*;
 use relax::Frame;
 use sizes::Sizes;
@@ -76,6 +78,9 @@ pub enum MeshError {
     NoCross,
 }
 
+/// Most growth of squares from one row to the next.
+const SQUARE_GRADING: f64 = 1.4;
+
 /// A front makes at most this many times the points that a patch's area and border call for.
 const CROWDED: f64 = 4.0;
 
@@ -87,7 +92,7 @@ pub fn triangulate(
     patch: &Patch,
     chart: &Chart,
     pattern: Pattern,
-    size: &SizeField,
+    lengths: &LengthField,
     placer: &dyn Placer,
 ) -> Result<PatchMesh, MeshError> {
     let folds = chart.check(patch).len();
@@ -96,24 +101,32 @@ pub fn triangulate(
     }
     let surface = Surface::new(patch, chart);
     let fixed = FixedParts::new(patch);
-    let sizes = Sizes::new(patch, &|p| size(p, patch.wall), front::GRADING - 1.0);
+    let wanted = |p| lengths(p, patch.wall);
+    let sizes = Sizes::new(patch, &|p| wanted(p).across, front::GRADING - 1.0);
     let mut points = fixed.points(patch, chart, &sizes);
     points
         .iter_mut()
         .for_each(|p| p.size = surface.snap.value(p.size));
-    let most = most_points(patch, &sizes, points.len());
-    let cross = match pattern {
+    let squares = match pattern {
         Pattern::Triangles => None,
         Pattern::Squares => {
-            Some(Cross::new(&surface, &fixed.corner_edges()).ok_or(MeshError::NoCross)?)
+            let edges = fixed.corner_edges();
+            let cross = Cross::new(&surface, &edges).ok_or(MeshError::NoCross)?;
+            let squares = Directed::new(patch, cross, &wanted, &edges, SQUARE_GRADING - 1.0);
+            Some(squares.ok_or(MeshError::NoCross)?)
         }
     };
+    let most = most_points(patch, points.len(), &|t, area| match &squares {
+        Some(squares) => squares.count(t, area),
+        // A node has two triangles.
+        None => area / (sizes.of(t).powi(2) * 3f64.sqrt() / 2.0),
+    });
     let seeds = front::seeds(
         &surface,
         &points,
         &fixed.edges(),
         &|spot| sizes.at(spot),
-        cross.as_ref(),
+        squares.as_ref(),
         most,
     )
     .ok_or(MeshError::Crowded(most))?;
@@ -142,9 +155,23 @@ pub fn triangulate(
             None => (surface.locate(p.place)).map_or(DVec3::NAN, |s| surface.lift(&s)),
         })
         .collect();
+    let metrics: Vec<DMat3> = (squares.iter())
+        .flat_map(|squares| points.iter().map(move |p| (squares, p.place)))
+        .map(|(squares, place)| {
+            let frame = surface.locate(place).map(|s| squares.at(&surface, &s));
+            frame.map_or(DMat3::IDENTITY, |f| flip::metric(&f))
+        })
+        .collect();
     // What a flip spoils for a point the next search mends; a third round gains nothing.
     for _ in 0..2 {
-        flip::flip(&points, &positions, count, &fixed.inner, &mut triangles);
+        flip::flip(
+            &points,
+            &positions,
+            &metrics,
+            count,
+            &fixed.inner,
+            &mut triangles,
+        );
         if pattern == Pattern::Squares {
             break;
         }
@@ -177,18 +204,12 @@ pub fn triangulate(
 
 /// Most points that the inside of a patch can want: a few times what its area holds. Where its triangles are folded, a length in space is far
 /// shorter than it looks in the chart, and a front would fill the patch for ever.
-fn most_points(patch: &Patch, sizes: &Sizes, fixed: usize) -> usize {
+fn most_points(patch: &Patch, fixed: usize, held: &dyn Fn([u32; 3], f64) -> f64) -> usize {
     let wanted: f64 = (patch.triangles.iter())
         .map(|t| {
             let [a, b, c] = t.map(|c| patch.points[c as usize]);
-            let side = sizes.of(*t);
-            let area = (b - a).cross(c - a).length() / 2.0;
-            // A node has two triangles.
-            if side.is_finite() {
-                area / (side * side * 3f64.sqrt() / 2.0)
-            } else {
-                1.0
-            }
+            let held = held(*t, (b - a).cross(c - a).length() / 2.0);
+            if held.is_finite() { held } else { 1.0 }
         })
         .sum();
     (CROWDED * (wanted + fixed as f64)) as usize

@@ -14,7 +14,7 @@
 
 use crate::geom::curve_corner::is_within_curve;
 use crate::geom::orient::folded;
-use crate::geom::placer::{Placer, SizeField};
+use crate::geom::placer::{LengthField, Lengths, Placer};
 use crate::model::complex::{
     EdgeKind, MidComplex, MidEdge, MidNode, MidTriangle, Support, Supports,
 };
@@ -55,13 +55,13 @@ impl Curve {
 }
 
 /// The complex with its curves divided anew.
-pub fn respace(complex: MidComplex, size: &SizeField, placer: &dyn Placer) -> MidComplex {
+pub fn respace(complex: MidComplex, lengths: &LengthField, placer: &dyn Placer) -> MidComplex {
     let edges = complex.edges();
     let sheet = complex.sheets(&edges);
     let mut curves = curves(&complex, &edges, &sheet);
     let mut odd: Vec<u32> = sheet.iter().map(|t| t.0).collect();
     for curve in &mut curves {
-        curve.want(&complex, size);
+        curve.want(&complex, lengths);
         if curve.target().abs_diff(curve.count()) % 2 == 1 {
             odd.extend(&curve.sheets);
         }
@@ -91,7 +91,7 @@ impl Curve {
     }
 
     /// Finds how many edges it is to have.
-    fn want(&mut self, complex: &MidComplex, size: &SizeField) {
+    fn want(&mut self, complex: &MidComplex, lengths: &LengthField) {
         let wall = |n: NodeId| {
             let mid = |s: &Support| match s {
                 Support::Mid(wall) => Some(*wall),
@@ -102,9 +102,11 @@ impl Curve {
         let (mut sum, mut plain) = (0.0, true);
         for pair in self.nodes.windows(2) {
             let [p, q] = [pair[0], pair[1]].map(|n| complex.nodes[n].point);
-            let wanted = wall(pair[0]).map_or(f64::NAN, |w| size((p + q) / 2.0, w));
-            let ratio = p.distance(q) / wanted;
-            sum += ratio;
+            let wanted =
+                wall(pair[0]).map_or(Lengths::equal(f64::NAN), |w| lengths((p + q) / 2.0, w));
+            // It was divided as if all lengths were those across.
+            let ratio = p.distance(q) / wanted.across;
+            sum += p.distance(q) / wanted.towards(q - p);
             plain &= ratio > AS_WANTED[0] && ratio < AS_WANTED[1];
         }
         self.even = plain;
@@ -482,7 +484,7 @@ mod tests {
     fn an_odd_plate_gets_one_edge_more_or_less() {
         let plate = odd_plate();
         assert_eq!(odd_sheets(&plate), 1);
-        let even = respace(plate.clone(), &|_, _| 1.0, &Stay);
+        let even = respace(plate.clone(), &|_, _| Lengths::equal(1.0), &Stay);
         assert_eq!(odd_sheets(&even), 0);
         assert_eq!(even.check(), vec![]);
         assert_eq!(even.euler(), plate.euler());
@@ -500,7 +502,7 @@ mod tests {
         // Edges of 1 where 0.8 or 1.5 are wanted: sides of 6 and 4.
         let plate = shapes::sheet(6, 4, |u, v| DVec3::new(6.0 * u, 4.0 * v, 0.0));
         for (size, counts) in [(0.8, [8, 5]), (1.5, [4, 3])] {
-            let new = respace(plate.clone(), &|_, _| size, &Stay);
+            let new = respace(plate.clone(), &|_, _| Lengths::equal(size), &Stay);
             assert_eq!(new.check(), vec![]);
             assert_eq!((new.euler(), odd_sheets(&new)), (1, 0));
             assert!((area(&new) - 24.0).abs() < 1e-12);
@@ -516,7 +518,7 @@ mod tests {
     #[test]
     fn what_is_divided_as_wanted_stays_as_it_is() {
         let plate = shapes::sheet(6, 4, |u, v| DVec3::new(6.0 * u, 4.0 * v, 0.0));
-        let same = respace(plate.clone(), &|_, _| 1.0, &Stay);
+        let same = respace(plate.clone(), &|_, _| Lengths::equal(1.0), &Stay);
         assert_eq!(same.triangles, plate.triangles);
         let moved = same.nodes.iter().zip(&plate.nodes);
         assert!(
@@ -525,7 +527,7 @@ mod tests {
                 .all(|d| d < 1e-12)
         );
         // Finer than wanted for a reason that is not seen here: only its parity could change.
-        let fine = respace(plate.clone(), &|_, _| 5.0, &Stay);
+        let fine = respace(plate.clone(), &|_, _| Lengths::equal(5.0), &Stay);
         assert_eq!(fine, plate);
     }
 

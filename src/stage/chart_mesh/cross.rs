@@ -10,9 +10,10 @@
 //! **Cost.** One sparse factorisation of twice as many unknowns as the patch has free corners.
 
 use super::surface::{Spot, Surface};
+use crate::geom::bend::{Bend, bend};
 use crate::model::patch::Patch;
 use crate::solve::SpdSolver;
-use glam::{DMat2, DVec2, DVec3};
+use glam::{DVec2, DVec3};
 
 /// Weights of sides are cotangents; beside flat triangles these are held to this range, so that the system stays definite and well conditioned.
 const WEIGHTS: [f64; 2] = [0.05, 20.0];
@@ -25,6 +26,7 @@ const ONE_WAY: f64 = 0.5;
 const DRAWN: f64 = 1.0;
 
 /// Directions at the corners of a patch.
+#[derive(Clone, Debug)]
 pub(super) struct Cross {
     /// #C two unit vectors at right angles in the plane that the patch has at the corner.
     frames: Vec<[DVec3; 2]>,
@@ -65,6 +67,13 @@ impl Cross {
         Some(Self { frames, powers })
     }
 
+    /// The two directions at a corner: unit vectors at right angles in the plane that the patch has there.
+    pub(super) fn ways(&self, corner: usize) -> [DVec3; 2] {
+        let (sin, cos) = (self.powers[corner].to_angle() / 4.0).sin_cos();
+        let [x, y] = self.frames[corner];
+        [x * cos + y * sin, y * cos - x * sin]
+    }
+
     /// A unit direction at a spot, in the plane of its triangle; the others are at right angles to it.
     pub(super) fn at(&self, surface: &Surface, spot: &Spot) -> DVec3 {
         let normal = surface.flat_normal(spot.triangle);
@@ -72,10 +81,7 @@ impl Cross {
         let corners = surface.patch.triangles[spot.triangle as usize];
         let mut sum = DVec2::ZERO;
         for (&c, w) in corners.iter().zip(spot.weights) {
-            let power = self.powers[c as usize];
-            let angle = power.to_angle() / 4.0;
-            let [u, v] = self.frames[c as usize];
-            let way = u * angle.cos() + v * angle.sin();
+            let [way, _] = self.ways(c as usize);
             sum += fourth(DVec2::new(way.dot(x), way.dot(y))) * w;
         }
         let angle = sum.to_angle() / 4.0;
@@ -99,24 +105,12 @@ fn bends(surface: &Surface, power: &dyn Fn(u32, DVec3) -> DVec2) -> Vec<(DVec2, 
     let mut sums = vec![(DVec2::ZERO, 0.0); patch.nodes.len()];
     for (i, t) in patch.triangles.iter().enumerate() {
         let [p, q, r] = patch.triangle_points(i);
-        let (x, y) = surface.flat_normal(i as u32).any_orthonormal_pair();
-        let flat = |v: DVec3| DVec2::new(v.dot(x), v.dot(y));
-        // How the normal changes over the triangle, as a linear map.
-        let sides = DMat2::from_cols(flat(q - p), flat(r - p));
-        let [a, b, c] = t.map(|c| normals[c as usize]);
-        let change = DMat2::from_cols(flat(b - a), flat(c - a)) * sides.inverse();
-        let (xx, yy) = (change.x_axis.x, change.y_axis.y);
-        let xy = (change.x_axis.y + change.y_axis.x) / 2.0;
-        let (mean, spread) = ((xx + yy) / 2.0, ((xx - yy) / 2.0).hypot(xy));
-        let [most, least] = [mean.abs() + spread, (mean.abs() - spread).abs()];
+        let Bend { way, most, least } = bend([p, q, r], t.map(|c| normals[c as usize]));
         let length = p.distance(q).max(q.distance(r)).max(r.distance(p));
-        let turn = most * length;
-        if !(turn.is_finite() && turn > LEAST_TURN && least < ONE_WAY * most) {
+        let turn = most.abs() * length;
+        if !(turn.is_finite() && turn > LEAST_TURN && least.abs() < ONE_WAY * most.abs()) {
             continue;
         }
-        // The axis of the greater of the two, if the mean is positive; of the other one, at right angles, if not: the same cross.
-        let angle = xy.atan2((xx - yy) / 2.0) / 2.0;
-        let way = x * angle.cos() + y * angle.sin();
         let weight = DRAWN * (turn / LEAST_TURN - 1.0).min(1.0);
         for &c in t {
             let (sum, total) = &mut sums[c as usize];

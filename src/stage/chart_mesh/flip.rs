@@ -1,14 +1,16 @@
 //! Edge flips towards Delaunay in space: two triangles that share an edge are exchanged for the other two of the same quad where the angles
-//! opposite to the edge add up to more than half a turn (Lawson 1977).
+//! opposite to the edge add up to more than half a turn (Lawson 1977). Where lengths differ by direction, angles are those after stretching.
 
+use super::directed::Frame;
 use super::front::Point;
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 
 /// Flips until no edge asks for it, at most a few sweeps; only where the quad is convex in the chart, and never to an edge between two
-/// fixed points (the first `fixed` ones), which another patch may have too.
+/// fixed points (the first `fixed` ones), which another patch may have too. `metrics` measure vectors at each point, see [`metric`].
 pub(super) fn flip(
     points: &[Point],
     positions: &[DVec3],
+    metrics: &[DMat3],
     fixed: usize,
     kept: &[[u32; 2]],
     triangles: &mut [[u32; 3]],
@@ -37,9 +39,18 @@ pub(super) fn flip(
             if at(t, j, 0) != b || ((c as usize) < fixed && (d as usize) < fixed) {
                 continue;
             }
+            let metric: Option<DMat3> = (metrics.first())
+                .map(|_| [a, b, c, d].map(|i| metrics[i as usize]).into_iter().sum());
             let angle = |apex: u32| {
                 let p = positions[apex as usize];
-                (positions[a as usize] - p).angle_between(positions[b as usize] - p)
+                let [u, v] = [a, b].map(|i| positions[i as usize] - p);
+                match metric {
+                    None => u.angle_between(v),
+                    Some(m) => {
+                        let size = (u.dot(m * u) * v.dot(m * v)).sqrt();
+                        (u.dot(m * v) / size).clamp(-1.0, 1.0).acos()
+                    }
+                }
             };
             // A hair above half a turn, so that rounding cannot turn an edge to and fro.
             if angle(c) + angle(d) <= std::f64::consts::PI * (1.0 + 1e-9) {
@@ -62,4 +73,13 @@ pub(super) fn flip(
             return;
         }
     }
+}
+
+/// The metric in which the directions' wanted lengths are one, each (a vector's length squared by it is `v.dot(m * v)`).
+pub(super) fn metric(frame: &Frame) -> DMat3 {
+    let along = |i: usize| {
+        let way = frame.ways[i] / frame.lengths[i];
+        DMat3::from_cols(way * way.x, way * way.y, way * way.z)
+    };
+    along(0) + along(1)
 }

@@ -5,12 +5,13 @@
 //! first served, and none nearer to another than a share of the size. Lengths are measured in space, not in the chart.
 //!
 //! Or one of squares (packing of parallelograms, Baudouin et al. 2014, doi:10.1007/s00366-013-0332-4): every point proposes its four neighbours along a cross field, and
-//! nearness is the greater of the two distances along the field's directions.
+//! nearness is the greater of the two distances along the field's directions, each by the length wanted that way.
 
-use super::cross::Cross;
+use super::directed::{Directed, Frame};
 use super::surface::{Grid, Spot, Surface};
-use glam::{DQuat, DVec2, DVec3};
-use std::collections::VecDeque;
+use glam::{DQuat, DVec2};
+use std::cmp::Reverse;
+use std::collections::BinaryHeap;
 use std::f64::consts::FRAC_PI_3;
 
 /// Least distance of a new point from the others, as a share of the size: half-way (in area) between one and two triangles in the gap
@@ -33,15 +34,40 @@ pub(super) struct Point {
     pub size: f64,
 }
 
+/// Points that have not proposed their neighbours yet: the lowest rank first, among equals first come, first served.
+#[derive(Default)]
+struct Queue {
+    heap: BinaryHeap<Reverse<(i32, usize)>>,
+    /// Points with the direction from their parent, in the order in which they came.
+    come: Vec<(u32, DVec2)>,
+}
+
+impl Queue {
+    fn push(&mut self, point: u32, direction: DVec2, rank: i32) {
+        self.heap.push(Reverse((rank, self.come.len())));
+        self.come.push((point, direction));
+    }
+
+    fn pop(&mut self) -> Option<(u32, DVec2)> {
+        let Reverse((_, i)) = self.heap.pop()?;
+        Some(self.come[i])
+    }
+}
+
+/// Rank of a point among squares of some size, two to the doubling: bends come before the flats beside them, so that rows along them are whole.
+fn rank(size: f64) -> i32 {
+    (2.0 * size.log2()).floor() as i32
+}
+
 /// New points for the inside. `fixed` are the points already there, `edges` the fixed edges (as positions in `fixed`), with a mark whether
-/// both sides of the edge are inside; `size` tells the wanted edge length, mm, at a spot. With `cross` squares are laid along it, else equilateral triangles.
+/// both sides of the edge are inside; `size` tells the wanted edge length, mm, at a spot. With `squares` these are laid, along a cross field, else equilateral triangles.
 /// `None` where they would be more than `most`.
 pub(super) fn seeds(
     surface: &Surface,
     fixed: &[Point],
     edges: &[([u32; 2], bool)],
     size: &dyn Fn(&Spot) -> f64,
-    cross: Option<&Cross>,
+    squares: Option<&Directed>,
     most: usize,
 ) -> Option<Vec<Point>> {
     let places: Vec<DVec2> = fixed.iter().map(|p| p.place).collect();
@@ -53,7 +79,7 @@ pub(super) fn seeds(
     let mut front = Front {
         surface,
         size,
-        cross,
+        squares,
         points: fixed.to_vec(),
         grid: Grid::new(&places, typical, 1 << 16),
         edges,
@@ -69,9 +95,14 @@ pub(super) fn seeds(
         front.edge_grid.add(i as u32, middle, middle);
         front.longest = front.longest.max(a.distance(b));
     }
-    let mut queue: VecDeque<(u32, DVec2)> = VecDeque::new();
-    if cross.is_some() {
-        queue.extend((0..fixed.len() as u32).map(|i| (i, DVec2::ZERO)));
+    let mut queue = Queue::default();
+    if let Some(squares) = squares {
+        for (i, p) in places.iter().enumerate() {
+            if let Some(spot) = surface.locate(*p) {
+                let [u, v] = squares.at(surface, &spot).lengths;
+                queue.push(i as u32, DVec2::ZERO, rank(u.min(v)));
+            }
+        }
     } else {
         for (e, both) in edges {
             front.apex(e[0], e[1], &mut queue);
@@ -80,9 +111,9 @@ pub(super) fn seeds(
             }
         }
     }
-    while let Some((from, direction)) = queue.pop_front() {
-        match cross {
-            Some(cross) => front.beside(from, cross, &mut queue),
+    while let Some((from, direction)) = queue.pop() {
+        match squares {
+            Some(squares) => front.beside(from, squares, &mut queue),
             None => front.around(from, direction, &mut queue),
         }
         if front.points.len() > fixed.len() + most {
@@ -95,7 +126,7 @@ pub(super) fn seeds(
 struct Front<'a> {
     surface: &'a Surface<'a>,
     size: &'a dyn Fn(&Spot) -> f64,
-    cross: Option<&'a Cross>,
+    squares: Option<&'a Directed<'a>>,
     points: Vec<Point>,
     grid: Grid,
     edges: &'a [([u32; 2], bool)],
@@ -105,7 +136,7 @@ struct Front<'a> {
 
 impl Front<'_> {
     /// Proposes the apex of the triangle on the left of an edge.
-    fn apex(&mut self, a: u32, b: u32, queue: &mut VecDeque<(u32, DVec2)>) {
+    fn apex(&mut self, a: u32, b: u32, queue: &mut Queue) {
         let (p, q) = (self.points[a as usize].place, self.points[b as usize].place);
         // Snapped first: a half of the grid's width plus noise would round either way.
         let middle = self.surface.snap.place((p + q) / 2.0);
@@ -126,7 +157,7 @@ impl Front<'_> {
     }
 
     /// Proposes the six neighbours of a point.
-    fn around(&mut self, from: u32, direction: DVec2, queue: &mut VecDeque<(u32, DVec2)>) {
+    fn around(&mut self, from: u32, direction: DVec2, queue: &mut Queue) {
         let Point { place, size } = self.points[from as usize];
         let Some(spot) = self.surface.locate(place) else {
             return;
@@ -144,57 +175,50 @@ impl Front<'_> {
     }
 
     /// Proposes the four neighbours of a point along the cross field.
-    fn beside(&mut self, from: u32, cross: &Cross, queue: &mut VecDeque<(u32, DVec2)>) {
-        let Point { place, size } = self.points[from as usize];
+    fn beside(&mut self, from: u32, squares: &Directed, queue: &mut Queue) {
+        let place = self.points[from as usize].place;
         let Some(spot) = self.surface.locate(place) else {
             return;
         };
-        let along = cross.at(self.surface, &spot);
-        let across = self.surface.flat_normal(spot.triangle).cross(along);
-        for way in [along, across, -along, -across] {
-            let step = self.surface.pull(spot.triangle, way * size);
+        let Frame { ways, lengths } = squares.at(self.surface, &spot);
+        let steps = [0, 1].map(|i| (ways[i] * lengths[i], lengths[i]));
+        for (way, size) in steps.into_iter().chain(steps.map(|(w, l)| (-w, l))) {
+            let step = self.surface.pull(spot.triangle, way);
             self.propose(place + step, size, step, queue);
         }
     }
 
     /// Takes a point unless it lies outside or near to another point or edge.
-    fn propose(
-        &mut self,
-        place: DVec2,
-        parent: f64,
-        direction: DVec2,
-        queue: &mut VecDeque<(u32, DVec2)>,
-    ) {
+    fn propose(&mut self, place: DVec2, parent: f64, direction: DVec2, queue: &mut Queue) {
         let place = self.surface.snap.place(place);
         let Some(spot) = self.surface.locate(place) else {
             return;
         };
-        let mut size = graded((self.size)(&spot), parent);
         let shrink = self.surface.shortest(spot.triangle);
-        let distance = |p: DVec2| self.surface.push(spot.triangle, p - place).length();
-        let reach = size / shrink;
-        for i in self.grid.near(place, reach) {
-            let other = &self.points[i as usize];
-            // A step of one size changes it by the grading at most.
-            size = size.min(other.size + (GRADING - 1.0) * distance(other.place));
-        }
-        let size = self.surface.snap.value(size);
-        let crowded = match self.cross {
+        let vector = |i: u32| {
+            let step = self.points[i as usize].place - place;
+            self.surface.push(spot.triangle, step)
+        };
+        let (size, crowded) = match self.squares {
             None => {
-                let close = |i: u32| distance(self.points[i as usize].place) < APART * size;
-                self.grid.near(place, APART * reach).any(close)
+                let mut size = graded((self.size)(&spot), parent);
+                let reach = size / shrink;
+                for i in self.grid.near(place, reach) {
+                    // A step of one size changes it by the grading at most.
+                    let most = self.points[i as usize].size + (GRADING - 1.0) * vector(i).length();
+                    size = size.min(most);
+                }
+                let size = self.surface.snap.value(size);
+                let mut near = self.grid.near(place, APART * reach);
+                (size, near.any(|i| vector(i).length() < APART * size))
             }
-            Some(cross) => {
-                let along = cross.at(self.surface, &spot);
-                let across = self.surface.flat_normal(spot.triangle).cross(along);
-                let close = |i: u32| {
-                    let step = self.points[i as usize].place - place;
-                    let way: DVec3 = self.surface.push(spot.triangle, step);
-                    way.dot(along).abs().max(way.dot(across).abs()) < APART_SQUARE * size
-                };
+            Some(squares) => {
+                let frame = squares.at(self.surface, &spot);
                 // The corner of a square is further off than its sides.
-                let corner = std::f64::consts::SQRT_2 * APART_SQUARE * reach;
-                self.grid.near(place, corner).any(close)
+                let [u, v] = frame.lengths;
+                let corner = APART_SQUARE * u.hypot(v) / shrink;
+                let close = |i: u32| frame.measure(vector(i)) < APART_SQUARE;
+                (u.min(v), self.grid.near(place, corner).any(close))
             }
         };
         if crowded {
@@ -202,11 +226,7 @@ impl Front<'_> {
         }
         let sees_obtusely = |i: u32| {
             let (e, _) = self.edges[i as usize];
-            let to = |i: u32| {
-                let step = self.points[i as usize].place - place;
-                self.surface.push(spot.triangle, step)
-            };
-            let (a, b) = (to(e[0]), to(e[1]));
+            let (a, b) = (vector(e[0]), vector(e[1]));
             a.dot(b) < -1e-9 * a.length() * b.length()
         };
         if self
@@ -219,7 +239,12 @@ impl Front<'_> {
         let id = self.points.len() as u32;
         self.points.push(Point { place, size });
         self.grid.add(id, place, place);
-        queue.push_back((id, direction));
+        let rank = if self.squares.is_some() {
+            rank(size)
+        } else {
+            0
+        };
+        queue.push(id, direction, rank);
     }
 }
 

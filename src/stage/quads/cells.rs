@@ -24,6 +24,8 @@ pub(super) struct Place {
     pub normal: DVec3,
     /// Where the ground keeps it.
     pub hint: Option<Hint>,
+    /// The direction in which cells are to be long there, as long as the ratio of their sides; zero where they are to be square.
+    pub stretch: DVec3,
 }
 
 /// Cells of one sheet. Dead cells keep their number.
@@ -34,6 +36,7 @@ pub(super) struct Cells {
     /// #N unit normals of the ground there.
     pub normals: Vec<DVec3>,
     hints: Vec<Option<Hint>>,
+    stretches: Vec<DVec3>,
     /// #N nodes that neither move nor vanish.
     pub held: Vec<bool>,
     /// #N how many cells there should be at each node.
@@ -83,6 +86,7 @@ impl Cells {
             points: places.iter().map(|p| p.point).collect(),
             normals: places.iter().map(|p| p.normal).collect(),
             hints: places.iter().map(|p| p.hint).collect(),
+            stretches: places.iter().map(|p| p.stretch).collect(),
             ideal: vec![INSIDE; held.len()],
             fresh: vec![true; held.len()],
             held,
@@ -280,6 +284,7 @@ impl Cells {
         self.points.push(place.point);
         self.normals.push(place.normal);
         self.hints.push(place.hint);
+        self.stretches.push(place.stretch);
         self.ideal.push(INSIDE);
         self.fresh.push(true);
         self.held.push(false);
@@ -303,6 +308,7 @@ impl Cells {
             point: self.points[node as usize],
             normal: self.normals[node as usize],
             hint: self.hints[node as usize],
+            stretch: self.stretches[node as usize],
         }
     }
 
@@ -311,12 +317,14 @@ impl Cells {
         self.points[node as usize] = place.point;
         self.normals[node as usize] = place.normal;
         self.hints[node as usize] = place.hint;
+        self.stretches[node as usize] = place.stretch;
     }
 
     fn shorten(&mut self, count: usize) {
         self.points.truncate(count);
         self.normals.truncate(count);
         self.hints.truncate(count);
+        self.stretches.truncate(count);
         self.held.truncate(count);
         self.ideal.truncate(count);
         self.fresh.truncate(count);
@@ -443,6 +451,7 @@ mod tests {
             point,
             normal: DVec3::Z,
             hint: None,
+            stretch: DVec3::ZERO,
         };
         let points = (0..6).map(|i| place(DVec3::new(f64::from(i % 3), f64::from(i / 3), 0.0)));
         let rings: Vec<Ring> = vec![smallvec![0, 1, 4, 3], smallvec![1, 2, 5, 4]];

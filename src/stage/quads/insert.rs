@@ -159,12 +159,39 @@ fn row(cells: &mut Cells, way: &[(u32, usize)], ground: &dyn Ground) -> Option<C
             _ => break,
         }
     }
-    // The last triangle gives its node no edge either.
-    if has_edge && change.new.len() == 2 * way.len() - 2 {
+    if change.new.len() == 2 * way.len() - 2 && (has_edge || without_last(&mut change)) {
+        if !has_edge {
+            cells.drop_node();
+        }
         return Some(change);
     }
     (0..change.added).for_each(|_| cells.drop_node());
     None
+}
+
+/// Takes the last new node away where nothing but the two cells of its side have it, as on a way that never goes straight: these become one. Whether they can.
+fn without_last(change: &mut Change) -> bool {
+    let Some(last) = change.new.pop() else {
+        return false;
+    };
+    // The last cell was a triangle: its ends, and the node that stands across from the new one.
+    let shared = |ring: &Ring| last.iter().filter(|n| ring.contains(n)).count() == 3;
+    let apex = |ring: &Ring| last.iter().copied().find(|n| !ring.contains(n));
+    let Some((other, apex)) = (change.new.iter_mut())
+        .find(|r| shared(r))
+        .and_then(|r| apex(r).map(|a| (r, a)))
+    else {
+        return false;
+    };
+    let Some(k) = (0..4).find(|&k| {
+        let ends = [other[(k + 1) % 4], other[(k + 3) % 4]];
+        last.contains(&other[k]) && ends.iter().all(|n| last.contains(n))
+    }) else {
+        return false;
+    };
+    other[k] = apex;
+    change.added -= 1;
+    true
 }
 
 /// The two quads of a hexagon on either side of the edge from one of its nodes to the one opposite.
@@ -234,6 +261,38 @@ mod tests {
         let nodes = cells.points.len();
         insert(&mut cells, &Plane);
         assert_eq!((triangles(&cells), cells.points.len()), (1, nodes));
+    }
+
+    #[test]
+    fn a_way_that_only_turns_leaves_no_node_with_two_cells() {
+        // A grid whose corner quad has three nodes on the rim once its corner is rounded: the way round its inner node is all turns.
+        let n = |i, j| at(4, i, j);
+        let mut cells = super::super::test_grid::grid(4, 4);
+        for (i, j, x, y) in [(0, 0, 0.45, 0.45), (1, 0, 1.0, 0.05), (0, 1, 0.05, 1.0)] {
+            let place = cells.place(n(i, j));
+            let point = glam::DVec3::new(x, y, 0.0);
+            cells.put(n(i, j), super::super::cells::Place { point, ..place });
+        }
+        let corner = n(0, 0);
+        assert_eq!(cells.star(corner).len(), 1);
+        // What it was when its ideal number was told by a right angle: now the angle is nearly straight.
+        let rings: Vec<Ring> = cells.rings.clone();
+        let mut cells = {
+            let places = (0..cells.points.len() as u32).map(|n| cells.place(n));
+            Cells::new(
+                places.collect(),
+                cells.held.clone(),
+                rings,
+                cells.kept.clone(),
+            )
+        };
+        relieve(&mut cells, &Plane);
+        assert_eq!(cells.star(corner).len(), 2);
+        for node in 0..cells.points.len() as u32 {
+            assert!(cells.held[node as usize] || cells.star(node).len() >= 3);
+        }
+        assert_eq!(triangles(&cells), 0);
+        assert!(worst(&cells) > 0.4, "{}", worst(&cells));
     }
 
     #[test]

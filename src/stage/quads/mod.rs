@@ -18,6 +18,7 @@ mod paired;
 mod sheet;
 mod slide;
 mod smooth;
+mod stretch;
 mod transport;
 mod valence;
 

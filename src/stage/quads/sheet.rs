@@ -4,6 +4,7 @@ use super::cells::{Cells, Ground, Place, Ring};
 use super::insert::{insert, relieve};
 use super::matching::{self, Edge};
 use super::smooth::{Effort, mean_edge, smooth};
+use super::stretch::stretches;
 use super::transport::transport;
 use super::valence::clean_up;
 use crate::geom::placer::Placer;
@@ -115,7 +116,7 @@ impl Sheet {
         let triangles: Vec<[DVec3; 3]> = (self.triangles.iter())
             .map(|t| t.map(|n| self.points[n as usize]))
             .collect();
-        Facets::new(&triangles)
+        Facets::new(&triangles, stretches(&self.points, &self.triangles))
     }
 
     /// The sheet in quads.
@@ -148,7 +149,7 @@ impl Sheet {
             .map(|(&point, normal)| Place {
                 point,
                 normal: normal.normalize_or_zero(),
-                hint: ground.foot(point, None).hint,
+                ..ground.foot(point, None)
             })
             .collect();
         let mut cells = Cells::new(places, held, rings, self.kept.clone());
@@ -215,12 +216,13 @@ impl Sheet {
         }
     }
 
-    /// Cells as triangles: quads along the shorter diagonal, unless an edge joins its ends already; bad quads as two triangles of their own. `None` where two nodes would be
-    /// joined twice.
+    /// Cells as triangles: quads along the shorter diagonal, unless an edge joins its ends already; bad quads as two triangles of their own, and those whose ends are all joined
+    /// already as four with a node in their middle. `None` where a cell is neither triangle nor quad.
     pub(super) fn halved(&self, cells: &Cells) -> Option<Made> {
         let mut triangles = Vec::new();
         let mut diagonals: BTreeSet<[u32; 2]> = BTreeSet::new();
         let mut own: BTreeSet<[u32; 2]> = BTreeSet::new();
+        let mut points = cells.points.clone();
         let mut lives = vec![false; cells.points.len()];
         for c in cells.living() {
             let ring = cells.ring(c);
@@ -248,11 +250,27 @@ impl Sheet {
             let mut open = ways.into_iter().filter(fits);
             let good = cells.worth(ring) >= USABLE;
             let best = if good {
-                open.next()?
+                open.next()
             } else {
-                open.reduce(|a, b| if worth(&b) > worth(&a) { b } else { a })?
+                open.reduce(|a, b| if worth(&b) > worth(&a) { b } else { a })
             };
-            let [a, b, c, d] = best;
+            let Some([a, b, c, d]) = best else {
+                let middle = points.len() as u32;
+                points.push(
+                    ring.iter()
+                        .map(|&n| cells.points[n as usize])
+                        .sum::<DVec3>()
+                        / 4.0,
+                );
+                lives.push(true);
+                triangles.extend([
+                    [p, q, middle],
+                    [q, r, middle],
+                    [r, s, middle],
+                    [s, p, middle],
+                ]);
+                continue;
+            };
             triangles.extend([[a, b, c], [a, c, d]]);
             if good {
                 diagonals.insert([a.min(c), a.max(c)]);
@@ -261,7 +279,7 @@ impl Sheet {
             }
         }
         Some(Made {
-            points: cells.points.clone(),
+            points,
             lives,
             triangles,
             diagonals: diagonals.into_iter().collect(),
@@ -273,6 +291,8 @@ impl Sheet {
 pub(super) struct Facets {
     bvh: TriangleBvh,
     normals: Vec<DVec3>,
+    /// Which way the cells on each triangle are to be long, see [`Place`].
+    stretches: Vec<DVec3>,
     /// A point and the normal, where all of them lie in one plane.
     plane: Option<(DVec3, DVec3)>,
 }
@@ -281,7 +301,7 @@ pub(super) struct Facets {
 const FLAT: f64 = 1e-10;
 
 impl Facets {
-    fn new(triangles: &[[DVec3; 3]]) -> Self {
+    fn new(triangles: &[[DVec3; 3]], stretches: Vec<DVec3>) -> Self {
         let doubled = |[a, b, c]: &[DVec3; 3]| (b - a).cross(c - a);
         let normal = (triangles.iter().map(doubled).sum::<DVec3>()).normalize_or_zero();
         let origin = triangles.first().map_or(DVec3::ZERO, |t| t[0]);
@@ -294,6 +314,7 @@ impl Facets {
                 .iter()
                 .map(|t| doubled(t).normalize_or_zero())
                 .collect(),
+            stretches,
             plane: flat.then_some((origin, normal)),
         }
     }
@@ -306,6 +327,7 @@ impl Ground for Facets {
                 point: p - normal * (p - origin).dot(normal),
                 normal,
                 hint: None,
+                stretch: DVec3::ZERO,
             };
         }
         match self.bvh.nearest_from(p, near) {
@@ -313,11 +335,13 @@ impl Ground for Facets {
                 point: found.point,
                 normal: self.normals[found.index],
                 hint: Some(found.hint),
+                stretch: self.stretches[found.index],
             },
             None => Place {
                 point: p,
                 normal: DVec3::Z,
                 hint: None,
+                stretch: DVec3::ZERO,
             },
         }
     }

@@ -1,10 +1,11 @@
 //! Smoothing: free nodes go where their cells are squares, then where the worst of their cells is best.
 //!
-//! First the cells round a node each say where it would lie if they were the nearest square, or later the nearest rectangle (shape matching: Bouaziz et al. 2012,
+//! First the cells round a node each say where it would lie if they were the nearest square (long as the sheet's squares were laid there), or later the nearest rectangle (shape matching: Bouaziz et al. 2012,
 //! "Shape-Up", doi:10.1111/j.1467-8659.2012.03171.x), and it goes to the mean; bad cells weigh more. Then a pattern search at the nodes of what is still bad
 //! (Freitag & Ollivier-Gooch 1997). Nodes stay on the ground; the worst cell of a node never gets worse than what is good enough.
 
 use super::cells::{Cells, Few, Ground, Place, quality};
+use super::stretch::{done, undone};
 use glam::DVec3;
 use std::f64::consts::TAU;
 
@@ -99,6 +100,7 @@ pub(super) fn settle(cells: &mut Cells, node: u32, square: bool, ground: &dyn Gr
 
 /// Where the cells of a node want it: the sum of their wishes, and of the weights of these.
 pub(super) fn wanted(cells: &Cells, node: u32, square: bool) -> Option<(DVec3, f64)> {
+    let stretch = cells.place(node).stretch;
     let (mut sum, mut total) = (DVec3::ZERO, 0.0);
     for &c in cells.star(node) {
         let ring = cells.ring(c);
@@ -112,7 +114,11 @@ pub(super) fn wanted(cells: &Cells, node: u32, square: bool) -> Option<(DVec3, f
                 let normal = (p2 - p0).cross(p3 - p1);
                 // Between a share of a good cell and all of a bad one.
                 (
-                    wish(p, k, square),
+                    if square {
+                        done(wish(p.map(|p| undone(p, stretch)), k, true), stretch)
+                    } else {
+                        wish(p, k, false)
+                    },
                     1.1 - quality(&p, normal).clamp(0.0, 1.0),
                 )
             }

@@ -14,6 +14,7 @@ impl Ground for Plane {
             point: DVec3::new(p.x, p.y, 0.0),
             normal: DVec3::Z,
             hint: None,
+            stretch: DVec3::ZERO,
         }
     }
 }

@@ -1,5 +1,6 @@
 use super::*;
 use crate::charts;
+use crate::geom::placer::Lengths;
 use crate::geom::quality::quad_quality;
 use crate::model::element_shape::ElementShape;
 use crate::model::ids::WallId;
@@ -13,8 +14,14 @@ use glam::DVec3;
 
 /// A complex meshed in squares of a size, then in quads.
 fn made(complex: &MidComplex, size: f64, placer: &dyn Placer) -> Halves {
-    let even = respace(complex.clone(), &|_, _| size, placer);
-    let squares = charts::mesh_charts(&even, Pattern::Squares, &|_, _| size, placer).complex;
+    let even = respace(complex.clone(), &|_, _| Lengths::equal(size), placer);
+    let squares = charts::mesh_charts(
+        &even,
+        Pattern::Squares,
+        &|_, _| Lengths::equal(size),
+        placer,
+    )
+    .complex;
     let halves = quads(squares, placer);
     assert_eq!(halves.complex.check(), vec![]);
     assert_eq!(halves.complex.euler(), complex.euler());
