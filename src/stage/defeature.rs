@@ -1,6 +1,6 @@
 //! Defeature: small holes are filled and small features flattened, on the boundary that distances are taken to and on the mid-surface at once.
 //!
-//! The faces within a hole or of a feature exist no longer for all that follows: the faces round them are carried on over the gap by facets of their own ([`cap`]), so that the mid-surface, the
+//! The faces within a hole or of a feature exist no longer for all that follows: the faces round them are carried on over the gap by facets of their own, so that the mid-surface, the
 //! thickness, sizes and the audit see a solid that never had it. Nodes, pairs and walls of everything else stay as they are, and the solid that was read is not touched: without the limits all is as before.
 //! A hole is a closed rim of the mid-surface whose faces lead from one side of a wall to the other, each time to a loop that turns full circle on its side; a feature is what hangs on one side by one such loop.
 //!
