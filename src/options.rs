@@ -6,6 +6,7 @@
 use crate::model::element_shape::{ElementShape, UnknownShape};
 use crate::model::length_unit::{LengthUnit, UnknownUnit};
 use crate::model::profile::{Profile, ProfileFault};
+use crate::model::removal::SmallLimits;
 use std::path::PathBuf;
 use std::time::Duration;
 
@@ -23,6 +24,8 @@ pub struct MeshOptions {
     pub size_curvature: Option<f64>,
     /// Which elements.
     pub element: ElementShape,
+    /// What is so small that the mesh does without it.
+    pub small: SmallLimits,
     /// Unit of lengths in files that name none (STL, OBJ, PLY). None: mm.
     pub unit: Option<LengthUnit>,
     /// The gmsh command. None: the importer looks for one.
@@ -41,6 +44,7 @@ impl Default for MeshOptions {
             size: None,
             size_curvature: None,
             element: ElementShape::default(),
+            small: SmallLimits::default(),
             unit: None,
             gmsh: None,
             time_limit: TIME_LIMIT,
@@ -66,6 +70,14 @@ pub enum OptionFault {
         /// Diagonal of the part's box, mm.
         part: f64,
     },
+    /// A least size of holes or features that is zero, negative, infinite or no number.
+    #[error("the least {0} is {1}, but it must be a length above zero (in mm)")]
+    Small(&'static str, f64),
+    /// All holes or features would be small.
+    #[error(
+        "the least {0} {1} mm is larger than the part, which measures {2:.1} mm corner to corner"
+    )]
+    SmallBeyondPart(&'static str, f64, f64),
     /// Too few elements a turn.
     #[error("{0} elements in a full turn: a turn takes at least {MIN_PER_TURN}, and a number")]
     SizeCurvature(f64),
@@ -96,6 +108,12 @@ impl OptionFault {
             OptionFault::SizeBeyondPart { part, .. } => format!(
                 "give a size below {part:.1} mm (is the file in the unit that you expect?), or leave --size out: then the part decides"
             ),
+            OptionFault::Small(..) => {
+                "give a length such as --min-hole 5 or --min-feature 2, or leave it out: then nothing is taken out".into()
+            }
+            OptionFault::SmallBeyondPart(.., part) => format!(
+                "give a length below {part:.1} mm (is the file in the unit that you expect?), or leave it out: then nothing is taken out"
+            ),
             OptionFault::SizeCurvature(_) => {
                 "give a number such as --size-curvature 24, or leave it out".into()
             }
@@ -125,6 +143,11 @@ impl MeshOptions {
         {
             return Err(OptionFault::Size(size));
         }
+        if let Some((what, limit)) =
+            (self.small.named()).find(|(_, limit)| !(limit.is_finite() && *limit > 0.0))
+        {
+            return Err(OptionFault::Small(what, limit));
+        }
         if let Some(count) = self.size_curvature
             && !(count.is_finite() && count >= MIN_PER_TURN)
         {
@@ -139,8 +162,11 @@ impl MeshOptions {
         }
     }
 
-    /// Whether the size suits a part whose box has this diagonal (mm). A larger size is refused, not clamped: it is nearly always a wrong unit.
+    /// Whether the sizes suit a part whose box has this diagonal (mm). A larger size is refused, not clamped: it is nearly always a wrong unit.
     pub fn check_against(&self, part_diagonal: f64) -> Result<(), OptionFault> {
+        if let Some((what, limit)) = self.small.named().find(|(_, l)| *l > part_diagonal) {
+            return Err(OptionFault::SmallBeyondPart(what, limit, part_diagonal));
+        }
         match self.size {
             Some(size) if size > part_diagonal => Err(OptionFault::SizeBeyondPart {
                 size,
@@ -184,6 +210,33 @@ mod tests {
         let fault = sized(100.5).check_against(100.0).unwrap_err();
         assert!(fault.to_string().contains("100.0 mm corner to corner"));
         assert!(fault.remedy().contains("below 100"));
+    }
+
+    #[test]
+    fn least_holes_and_features_that_are_no_length_or_beyond_the_part_are_refused() {
+        for bad in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+            for (hole, feature) in [(Some(bad), None), (None, Some(bad))] {
+                let options = MeshOptions {
+                    small: SmallLimits { hole, feature },
+                    ..MeshOptions::default()
+                };
+                assert!(
+                    matches!(options.check(), Err(OptionFault::Small(..))),
+                    "{bad}"
+                );
+            }
+        }
+        let options = MeshOptions {
+            small: SmallLimits {
+                hole: Some(5.0),
+                feature: Some(120.0),
+            },
+            ..MeshOptions::default()
+        };
+        assert_eq!(options.check(), Ok(()));
+        assert_eq!(options.check_against(120.0), Ok(()));
+        let fault = options.check_against(100.0).unwrap_err();
+        assert!(fault.to_string().contains("feature size 120 mm"), "{fault}");
     }
 
     #[test]

@@ -8,6 +8,7 @@ use midshell::model::element_shape::ElementShape;
 use midshell::model::length_unit::LengthUnit;
 use midshell::model::metric::{QUAD_METRICS, TRIANGLE_METRICS, bare};
 use midshell::model::profile::Profile;
+use midshell::model::removal::SmallLimits;
 use midshell::options::MeshOptions;
 use std::path::PathBuf;
 use std::time::Duration;
@@ -105,6 +106,12 @@ pub struct MeshArgs {
     /// The elements to make [default: tri]
     #[arg(long, value_parser = shapes())]
     pub element: Option<String>,
+    /// Fill holes whose rim is shorter than that of a round hole of this diameter, in mm; for a round hole that is its diameter, for a slot W wide and L long W + 0.64 (L - W) [default: no hole]
+    #[arg(long, value_name = "D", allow_hyphen_values = true)]
+    pub min_hole: Option<f64>,
+    /// Flatten what stands out of a wall or is sunk into it, if it is less high than this and fits into a circle of this diameter, in mm: logos, embossings, pockets [default: nothing]
+    #[arg(long, value_name = "H", allow_hyphen_values = true)]
+    pub min_feature: Option<f64>,
     #[arg(long, value_name = "F", help = format_help())]
     pub format: Option<String>,
     #[command(flatten)]
@@ -193,6 +200,10 @@ impl MeshArgs {
         let mut options = MeshOptions {
             size: self.size,
             size_curvature: self.size_curvature,
+            small: SmallLimits {
+                hole: self.min_hole,
+                feature: self.min_feature,
+            },
             dump: self.dump.clone(),
             ..self.source.run.options()
         };
@@ -304,7 +315,7 @@ mod tests {
 
     #[test]
     fn every_choice_reaches_the_library() {
-        let line = "midshell mesh a.step -o a.inp --size -2.5 --size-curvature 24 --element quad --unit in --gmsh /g --time-limit 1.5 --dump d";
+        let line = "midshell mesh a.step -o a.inp --size -2.5 --size-curvature 24 --element quad --min-hole 4 --min-feature 1.5 --unit in --gmsh /g --time-limit 1.5 --dump d";
         let cli = Cli::try_parse_from(line.split(' ')).unwrap();
         let Verb::Mesh(args) = cli.command else {
             panic!("not mesh")
@@ -313,6 +324,10 @@ mod tests {
             size: Some(-2.5),
             size_curvature: Some(24.0),
             element: ElementShape::Quad,
+            small: SmallLimits {
+                hole: Some(4.0),
+                feature: Some(1.5),
+            },
             unit: Some(LengthUnit::Inch),
             gmsh: Some("/g".into()),
             time_limit: Duration::from_millis(1500),

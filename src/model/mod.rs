@@ -12,6 +12,7 @@ pub mod mesh_audit;
 pub mod metric;
 pub mod patch;
 pub mod profile;
+pub mod removal;
 pub mod report;
 pub mod shell;
 pub mod sighting;

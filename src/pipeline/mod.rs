@@ -13,6 +13,7 @@ mod middle;
 mod midsurface;
 mod report;
 mod seen;
+mod small;
 mod solid;
 mod tidy;
 
@@ -104,22 +105,32 @@ fn mesh_pieces(
 ) -> Result<MeshRun, PipelineError> {
     options.check_against(diagonal(&pieces))?;
     let pieces: Vec<Seen> = (pieces.into_iter()).map(|p| Seen::new(p, clock)).collect();
-    let breps: Vec<&Brep> = pieces.iter().map(|p| &p.piece.brep).collect();
     let mut meshes = Vec::new();
     let mut solids = Vec::new();
+    let mut plains = Vec::new();
     for seen in &pieces {
-        let (mesh, solid) = solid::mesh_solid(seen, options, clock)?;
+        let (mesh, solid, plain) = solid::mesh_solid(seen, options, clock)?;
         meshes.push(mesh);
         solids.push(solid);
+        plains.push(plain);
     }
     let mesh = merge::merge(meshes);
+    // What the user wanted out is not missing: the mesh is held against the solids without it.
+    let breps: Vec<&Brep> = (pieces.iter().zip(&plains))
+        .map(|(seen, plain)| plain.as_ref().map_or(&seen.piece.brep, |p| &p.brep))
+        .collect();
     let profile = &options.profile;
     // The wanted length changes from place to place with curvature, so that no one length can be held against the edges.
     let quality = clock.time("quality", || quality::quality(&mesh, profile, None));
     let cell_quality = clock.time("quality", || quality::scaled_jacobians(&mesh).into_vec());
     let audit = clock.time("audit", || audit::audit(&breps, &mesh, AUDIT_SEED));
     Dump::new(options, None)?.mesh(&mesh, &cell_quality)?;
-    let report = RunReport::new(solids, quality, audit);
+    let mut report = RunReport::new(solids, quality, audit);
+    for plain in plains.into_iter().flatten() {
+        report.removed.extend(plain.removed);
+        report.left.extend(plain.left);
+    }
+    small::name_sheets(&mut report.removed, &mesh);
     Ok(MeshRun {
         mesh,
         cell_quality,

@@ -3,6 +3,7 @@
 use super::memory::PeakMemory;
 use super::midsurface::MidSurface;
 use crate::model::brep::Brep;
+use crate::model::removal::{Left, Removal, SmallKind};
 use crate::model::report::{AuditReport, QualityReport};
 use crate::model::shell::ShellMesh;
 use crate::model::walls::ThicknessPeak;
@@ -59,6 +60,12 @@ pub struct RunReport {
     pub notes: Vec<String>,
     /// The solids.
     pub solids: Vec<SolidReport>,
+    /// What was small enough to be taken out.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub removed: Vec<Removal>,
+    /// What was small enough and stays.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub left: Vec<Left>,
     /// Element quality.
     pub quality: Option<QualityReport>,
     /// The self-audit.
@@ -116,6 +123,35 @@ impl fmt::Display for RunReport {
                 peaks.join(", ")
             )?;
         }
+        for r in &self.removed {
+            let (x, y, z) = (r.at.x, r.at.y, r.at.z);
+            let what = match r.kind {
+                SmallKind::Hole => format!("filled hole of diameter {:.3} mm", r.size),
+                SmallKind::Feature => format!(
+                    "flattened feature of {:.3} mm, {:.3} mm high or deep",
+                    r.size, r.height
+                ),
+            };
+            let sheet = r.sheet.map_or(String::new(), |s| format!(", sheet {s}"));
+            writeln!(
+                f,
+                "{what} at ({x:.3}, {y:.3}, {z:.3}), solid {}{sheet}",
+                r.solid
+            )?;
+        }
+        for l in &self.left {
+            let (x, y, z) = (l.at.x, l.at.y, l.at.z);
+            let what = match l.kind {
+                SmallKind::Hole => "hole",
+                SmallKind::Feature => "feature",
+            };
+            let size = l.size;
+            writeln!(
+                f,
+                "left {what} of {size:.3} mm at ({x:.3}, {y:.3}, {z:.3}): {}",
+                l.why
+            )?;
+        }
         if let (Some(audit), Some(quality)) = (&self.audit, &self.quality) {
             write!(f, "\n{}", report_text::render(audit, quality))?;
         }
@@ -130,8 +166,10 @@ fn counted(count: usize, noun: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::model::removal::Obstacle;
     use crate::model::report::Profile;
     use crate::stage::{audit, quality};
+    use glam::DVec3;
 
     #[test]
     fn a_report_tells_of_its_solids_and_of_nothing_that_was_not_measured() {
@@ -155,6 +193,29 @@ mod tests {
             report.to_string(),
             "part.step\nsolid 3: 6 faces, 1 wall, 1 sheet, edge length 6.000 mm, thickness 2.000 mm (98 %)\n"
         );
+        let told = RunReport {
+            removed: vec![Removal {
+                kind: SmallKind::Feature,
+                solid: 3,
+                at: DVec3::new(1.0, 2.0, 3.5),
+                size: 4.0,
+                height: 0.25,
+                faces: vec![7],
+                sheet: Some(2),
+            }],
+            left: vec![Left {
+                kind: SmallKind::Hole,
+                solid: 3,
+                at: DVec3::X,
+                size: 5.0,
+                why: Obstacle::End,
+            }],
+            ..report.clone()
+        };
+        assert!(told.to_string().ends_with(
+            "flattened feature of 4.000 mm, 0.250 mm high or deep at (1.000, 2.000, 3.500), solid 3, sheet 2\n\
+             left hole of 5.000 mm at (1.000, 0.000, 0.000): it is the end of a wall, not a hole in one\n"
+        ));
         let audited = RunReport {
             audit: Some(audit::audit(&[], &ShellMesh::default(), 1)),
             quality: Some(quality::quality(

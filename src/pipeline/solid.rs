@@ -7,6 +7,7 @@ use super::middle::Middle;
 use super::midsurface::{self, MidSurface};
 use super::report::SolidReport;
 use super::seen::Seen;
+use super::small::{self, Plain};
 use super::tidy::{self, connected, folds};
 use crate::charts;
 use crate::geom::placer::{Lengths, Placer};
@@ -26,24 +27,29 @@ use crate::stage::{balance, respace, shell};
 use glam::DVec3;
 use std::cell::OnceCell;
 
-/// The shell of one solid; quads where such are asked for.
+/// The shell of one solid, of quads where such are asked for; and the solid that it stands for, where that is not the one that was read.
 pub(super) fn mesh_solid(
     seen: &Seen,
     options: &MeshOptions,
     clock: &mut Clock<'_>,
-) -> Result<(ShellMesh, SolidReport), PipelineError> {
+) -> Result<(ShellMesh, SolidReport, Option<Plain>), PipelineError> {
     let piece = &seen.piece;
     let brep = &piece.brep;
     let dump = Dump::new(options, Some(brep.solid_tag))?;
     dump.import(piece)?;
-    let found = midsurface::mid_surface(seen, clock)?;
-    dump.mid_surface(piece, &found)?;
+    let as_read = midsurface::mid_surface(seen, clock)?;
+    dump.mid_surface(piece, &as_read)?;
+    let without = small::plain(brep, &as_read, &options.small, clock)?;
+    let (brep, found) = match &without {
+        Some(plain) => (&plain.brep, &plain.found),
+        None => (brep, &as_read),
+    };
     let Untangled {
         walls: medial,
         sizing,
         complex: fair,
         leaves,
-    } = Untangled::new(brep, &found, options, clock);
+    } = Untangled::new(brep, found, options, clock);
     dump.complex("fair", &fair)?;
     let kinked = clock.time("kinks", || {
         let kinked = kinks::kinks(&fair, brep, &found.aag, &found.pairing, &medial)?;
@@ -75,8 +81,8 @@ pub(super) fn mesh_solid(
             quads::pair_quads(&mesh, &diagonals, shape, &options.profile)
         }),
     };
-    let solid = SolidReport::new(brep, &found, sizing.target, &mesh);
-    Ok((mesh, solid))
+    let solid = SolidReport::new(&piece.brep, &as_read, sizing.target, &mesh);
+    Ok((mesh, solid, without))
 }
 
 /// A mid-surface in order, with all that is asked of it from there on.

@@ -7,6 +7,7 @@ pub mod balance;
 pub mod chart_mesh;
 pub mod collapse;
 pub mod decompose;
+pub mod defeature;
 pub mod divide;
 pub mod extract;
 pub mod fair;

@@ -18,7 +18,7 @@ pub enum Variant {
 }
 
 /// Turned by an angle and about an axis that bring no face parallel to a coordinate plane.
-const MOTION: &str = "Rotate { {1, 2, 3}, {5*s, -7*s, 11*s}, 0.7 } { Volume{:}; }\nTranslate {37*s, -53*s, 71*s} { Volume{:}; }\n";
+pub const MOTION: &str = "Rotate { {1, 2, 3}, {5*s, -7*s, 11*s}, 0.7 } { Volume{:}; }\nTranslate {37*s, -53*s, 71*s} { Volume{:}; }\n";
 
 /// The STEP file of fixture `name`, made by Gmsh unless an earlier run left it under `target/fixtures`.
 pub fn step(name: &str, variant: Variant) -> PathBuf {
@@ -57,7 +57,8 @@ pub fn step(name: &str, variant: Variant) -> PathBuf {
     kept
 }
 
-fn generate(name: &str, text: &str, scale: f64, folder: &Path) -> PathBuf {
+/// The STEP file that a script makes in a folder.
+pub fn generate(name: &str, text: &str, scale: f64, folder: &Path) -> PathBuf {
     let copy = folder.join(format!("{name}.geo"));
     std::fs::write(&copy, text).expect("the script can be copied");
     let mut command = tools::with_gmsh(tools::gmsh());

@@ -91,7 +91,7 @@ def draw(name, d):
     """the mid-surface of fixture `name`; returns what is left to do to the nodes, if anything, and which pieces to drop"""
     o, pi = d.o, math.pi
     lift, drop = None, None
-    if name == "flat_plate":
+    if name in ("flat_plate", "split_plate", "strip_plate"):
         d.rect((0, 0, 1.5), (60, 0, 0), (0, 40, 0), 3.0)
     elif name == "plate_holes":
         d.rect((0, 0, 1.5), (80, 0, 0), (0, 50, 0), 3.0)
