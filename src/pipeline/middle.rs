@@ -1,9 +1,11 @@
 //! The mid-surfaces of a solid's walls as the stages after the choice of walls ask for them: as what places nodes, and for the edge length wanted at a place.
 
+use super::targets::Targets;
 use crate::geom::placer::Placer;
 use crate::medial::{Held, Medial};
 use crate::model::complex::MidComplex;
 use crate::model::ids::WallId;
+use crate::stage::kinks::Kinked;
 use crate::stage::size::Sizing;
 use glam::DVec3;
 use rayon::prelude::*;
@@ -14,6 +16,9 @@ pub(super) struct Middle<'a> {
     /// The mid-surfaces as such.
     pub walls: &'a Medial<'a>,
     held: Option<Held<'a>>,
+    targets: Option<&'a Targets<'a>>,
+    /// The pieces that walls were cut into at their kinks.
+    kinked: Option<&'a Kinked>,
 }
 
 impl<'a> Middle<'a> {
@@ -22,6 +27,17 @@ impl<'a> Middle<'a> {
         Self {
             walls,
             held: leaves.then(|| Held::new(walls)),
+            targets: None,
+            kinked: None,
+        }
+    }
+
+    /// The same with wanted lengths that differ from place to place; `kinked` where the walls are pieces of those that the lengths are told for.
+    pub fn aiming(self, targets: &'a Targets<'a>, kinked: Option<&'a Kinked>) -> Self {
+        Self {
+            targets: Some(targets),
+            kinked,
+            ..self
         }
     }
 
@@ -35,12 +51,21 @@ impl<'a> Middle<'a> {
 
     /// The edge length wanted at a place on a wall, mm.
     pub fn field(&self, sizing: &Sizing) -> impl Fn(DVec3, WallId) -> f64 + Sync {
+        move |p, w| self.wanted(sizing, p, w).0
+    }
+
+    /// The edge length wanted at a place on a wall, and the one that would be wanted there if nothing bent, mm.
+    pub fn wanted(&self, sizing: &Sizing, p: DVec3, w: WallId) -> (f64, f64) {
         let walls = self.walls;
-        move |p, w| {
-            let thickness = walls.mean_thickness(w);
-            let bend = sizing.at(walls.curvature_radius(p, w), thickness);
-            bend.min(sizing.at_step(walls.step_radius(p, w), thickness))
-        }
+        let target = self.targets.map_or(sizing.target, |targets| {
+            let whole = self.kinked.map_or(w, |kinked| kinked.whole(w));
+            targets.at(walls, p, whole, w)
+        });
+        let sizing = Sizing { target, ..*sizing };
+        let thickness = walls.mean_thickness(w);
+        let bend = sizing.at(walls.curvature_radius(p, w), thickness);
+        let size = bend.min(sizing.at_step(walls.step_radius(p, w), thickness));
+        (size, target)
     }
 
     /// Of every triangle the area, mm², and the edge length wanted in its middle, mm.

@@ -14,6 +14,7 @@ mod midsurface;
 mod report;
 mod seen;
 mod solid;
+mod targets;
 mod tidy;
 
 pub use error::PipelineError;
@@ -107,8 +108,10 @@ fn mesh_pieces(
     let breps: Vec<&Brep> = pieces.iter().map(|p| &p.piece.brep).collect();
     let mut meshes = Vec::new();
     let mut solids = Vec::new();
+    let mut sheets = 0;
     for seen in &pieces {
-        let (mesh, solid) = solid::mesh_solid(seen, options, clock)?;
+        let (mesh, solid) = solid::mesh_solid(seen, sheets, options, clock)?;
+        sheets += mesh.sheets.len();
         meshes.push(mesh);
         solids.push(solid);
     }

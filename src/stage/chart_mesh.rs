@@ -40,6 +40,24 @@ pub enum Pattern {
     Squares,
 }
 
+/// How new nodes are laid, and how fast their distances grow.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Layout {
+    /// Triangles or squares.
+    pub pattern: Pattern,
+    /// Distances from one row to the next differ by this factor at most.
+    pub growth: f64,
+}
+
+impl From<Pattern> for Layout {
+    fn from(pattern: Pattern) -> Self {
+        Self {
+            pattern,
+            growth: front::GRADING,
+        }
+    }
+}
+
 /// Why a patch keeps its old triangles.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum MeshError {
@@ -86,17 +104,18 @@ const CROWDED: f64 = 4.0;
 pub fn triangulate(
     patch: &Patch,
     chart: &Chart,
-    pattern: Pattern,
+    layout: impl Into<Layout>,
     size: &SizeField,
     placer: &dyn Placer,
 ) -> Result<PatchMesh, MeshError> {
+    let Layout { pattern, growth } = layout.into();
     let folds = chart.check(patch).len();
     if folds > 0 {
         return Err(MeshError::Folded(folds));
     }
     let surface = Surface::new(patch, chart);
     let fixed = FixedParts::new(patch);
-    let sizes = Sizes::new(patch, &|p| size(p, patch.wall), front::GRADING - 1.0);
+    let sizes = Sizes::new(patch, &|p| size(p, patch.wall), growth - 1.0);
     let mut points = fixed.points(patch, chart, &sizes);
     points
         .iter_mut()
@@ -112,7 +131,10 @@ pub fn triangulate(
         &surface,
         &points,
         &fixed.edges(),
-        &|spot| sizes.at(spot),
+        &front::Wanted {
+            at: &|spot| sizes.at(spot),
+            growth,
+        },
         cross.as_ref(),
         most,
     )

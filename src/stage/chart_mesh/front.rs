@@ -33,6 +33,14 @@ pub(super) struct Point {
     pub size: f64,
 }
 
+/// The wanted edge lengths.
+pub(super) struct Wanted<'a> {
+    /// At a spot, mm.
+    pub at: &'a dyn Fn(&Spot) -> f64,
+    /// From one row to the next they differ by this factor at most.
+    pub growth: f64,
+}
+
 /// New points for the inside. `fixed` are the points already there, `edges` the fixed edges (as positions in `fixed`), with a mark whether
 /// both sides of the edge are inside; `size` tells the wanted edge length, mm, at a spot. With `cross` squares are laid along it, else equilateral triangles.
 /// `None` where they would be more than `most`.
@@ -40,7 +48,7 @@ pub(super) fn seeds(
     surface: &Surface,
     fixed: &[Point],
     edges: &[([u32; 2], bool)],
-    size: &dyn Fn(&Spot) -> f64,
+    size: &Wanted,
     cross: Option<&Cross>,
     most: usize,
 ) -> Option<Vec<Point>> {
@@ -94,7 +102,7 @@ pub(super) fn seeds(
 
 struct Front<'a> {
     surface: &'a Surface<'a>,
-    size: &'a dyn Fn(&Spot) -> f64,
+    size: &'a Wanted<'a>,
     cross: Option<&'a Cross>,
     points: Vec<Point>,
     grid: Grid,
@@ -116,7 +124,7 @@ impl Front<'_> {
         };
         let along = self.surface.push(spot.triangle, q - p);
         let length = along.length();
-        let wanted = graded((self.size)(&spot), length);
+        let wanted = self.size.graded(&spot, length);
         let height = (wanted * wanted - length * length / 4.0)
             .max(length * length / 4.0)
             .sqrt();
@@ -169,14 +177,14 @@ impl Front<'_> {
         let Some(spot) = self.surface.locate(place) else {
             return;
         };
-        let mut size = graded((self.size)(&spot), parent);
+        let mut size = self.size.graded(&spot, parent);
         let shrink = self.surface.shortest(spot.triangle);
         let distance = |p: DVec2| self.surface.push(spot.triangle, p - place).length();
         let reach = size / shrink;
         for i in self.grid.near(place, reach) {
             let other = &self.points[i as usize];
             // A step of one size changes it by the grading at most.
-            size = size.min(other.size + (GRADING - 1.0) * distance(other.place));
+            size = size.min(other.size + (self.size.growth - 1.0) * distance(other.place));
         }
         let size = self.surface.snap.value(size);
         let crowded = match self.cross {
@@ -223,11 +231,14 @@ impl Front<'_> {
     }
 }
 
-/// The wanted size, not too far from the neighbouring one; that one where no size is told.
-fn graded(wanted: f64, near: f64) -> f64 {
-    if wanted.is_finite() && wanted > 0.0 {
-        wanted.clamp(near / GRADING, near * GRADING)
-    } else {
-        near
+impl Wanted<'_> {
+    /// The wanted size, not too far from the neighbouring one; that one where no size is told.
+    fn graded(&self, spot: &Spot, near: f64) -> f64 {
+        let wanted = (self.at)(spot);
+        if wanted.is_finite() && wanted > 0.0 {
+            wanted.clamp(near / self.growth, near * self.growth)
+        } else {
+            near
+        }
     }
 }
