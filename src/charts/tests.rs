@@ -1,5 +1,6 @@
 use super::*;
 use crate::model::ids::WallId;
+use crate::stage::chart_mesh::Pattern;
 use crate::stage::test_shapes::{self as shapes, Onto, Stay};
 use glam::DVec3;
 

@@ -16,6 +16,7 @@ mod seen;
 mod solid;
 mod targets;
 mod tidy;
+mod wished;
 
 pub use error::PipelineError;
 pub use inspect::inspect;
@@ -32,6 +33,7 @@ use clock::Clock;
 use dump::Dump;
 use glam::DVec3;
 use seen::Seen;
+use solid::Turn;
 use std::path::Path;
 
 /// Seed of the audit's samples: any number would do, but always the same one.
@@ -104,17 +106,23 @@ fn mesh_pieces(
     clock: &mut Clock<'_>,
 ) -> Result<MeshRun, PipelineError> {
     options.check_against(diagonal(&pieces))?;
+    wished::faces_are_there(&pieces, options)?;
     let pieces: Vec<Seen> = (pieces.into_iter()).map(|p| Seen::new(p, clock)).collect();
     let breps: Vec<&Brep> = pieces.iter().map(|p| &p.piece.brep).collect();
     let mut meshes = Vec::new();
     let mut solids = Vec::new();
     let mut sheets = 0;
-    for seen in &pieces {
-        let (mesh, solid) = solid::mesh_solid(seen, sheets, options, clock)?;
+    for (i, seen) in pieces.iter().enumerate() {
+        let turn = Turn {
+            sheets_before: sheets,
+            is_last: i + 1 == pieces.len(),
+        };
+        let (mesh, solid) = solid::mesh_solid(seen, turn, options, clock)?;
         sheets += mesh.sheets.len();
         meshes.push(mesh);
         solids.push(solid);
     }
+    wished::sheets_are_there(sheets, options)?;
     let mesh = merge::merge(meshes);
     let profile = &options.profile;
     // The wanted length changes from place to place with curvature, so that no one length can be held against the edges.

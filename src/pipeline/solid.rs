@@ -9,6 +9,7 @@ use super::report::SolidReport;
 use super::seen::Seen;
 use super::targets::{self, Targets};
 use super::tidy::{self, connected, folds};
+use super::wished;
 use crate::charts;
 use crate::geom::placer::Placer;
 use crate::medial::Medial;
@@ -31,10 +32,19 @@ use std::cell::OnceCell;
 /// Side of a square, where it bends much, over that of a triangle: the mesh leaves a bend by as much with both.
 const SQUARE_AT_BENDS: f64 = 0.75;
 
+/// Where a solid stands among those of the part.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Turn {
+    /// How many sheets those before it have.
+    pub sheets_before: usize,
+    /// Whether none comes after it.
+    pub is_last: bool,
+}
+
 /// The shell of one solid; quads where such are asked for.
 pub(super) fn mesh_solid(
     seen: &Seen,
-    sheets_before: usize,
+    turn: Turn,
     options: &MeshOptions,
     clock: &mut Clock<'_>,
 ) -> Result<(ShellMesh, SolidReport), PipelineError> {
@@ -52,6 +62,10 @@ pub(super) fn mesh_solid(
     } = Untangled::new(brep, &found, options, clock);
     dump.complex("fair", &fair)?;
     let sheets = clock.time("size", || Sheets::new(&fair));
+    if turn.is_last {
+        // A wrong number is told before anything is meshed.
+        wished::sheets_are_there(turn.sheets_before + sheets.count(), options)?;
+    }
     let targets = clock.time("size", || {
         let source = targets::Source {
             brep,
@@ -59,7 +73,7 @@ pub(super) fn mesh_solid(
             walls: &medial,
             complex: &fair,
             sheets: &sheets,
-            sheets_before,
+            sheets_before: turn.sheets_before,
         };
         Targets::new(&source, &sizing, options)
     });

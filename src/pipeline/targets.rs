@@ -22,8 +22,6 @@ const BOTH: f64 = 0.1;
 const NEAR: f64 = 1.0;
 /// Rows of triangles of side h are sqrt(3)/2 h high.
 const ROW_OF_TRIANGLES: f64 = 0.866;
-/// Rows come out whole: so much less than the wanted number is rounded up to it.
-const ROUNDS_UP: f64 = 0.5;
 
 /// The edge lengths wanted on flat walls.
 #[derive(Clone, Debug)]
@@ -153,14 +151,13 @@ impl<'a> Targets<'a> {
             let place = corners.iter().sum::<DVec3>() / 3.0;
             let thickness = (source.walls.thickness(place, triangle.wall))
                 .unwrap_or_else(|| source.walls.mean_thickness(triangle.wall));
-            // An element lower than the wall is thick is no shell.
-            let least = thickness.max(options.size_min.unwrap_or(0.0));
-            if width / (row * least) < rows - ROUNDS_UP {
-                continue;
+            // An element shorter than the wall is thick is no shell.
+            let size = width / (rows * row);
+            if size >= thickness.max(options.size_min.unwrap_or(0.0)) {
+                let (triangles, sizes) = of_wall.entry(triangle.wall).or_default();
+                triangles.push(corners);
+                sizes.push(size);
             }
-            let (triangles, sizes) = of_wall.entry(triangle.wall).or_default();
-            triangles.push(corners);
-            sizes.push((width / (rows * row)).max(least));
         }
         for (wall, (triangles, sizes)) in of_wall {
             let narrow = (TriangleBvh::new(&triangles), sizes);

@@ -29,12 +29,25 @@ pub struct Sheets {
     places: BTreeMap<WallId, (TriangleBvh, Vec<SheetId>)>,
 }
 
-/// A sheet to be numbered: its wall, and places on it with the area that each stands for, mm².
-pub struct Candidate {
+/// A sheet of another complex: its wall, and places on it with the area that each stands for, mm².
+pub struct Piece {
     /// The wall that it is the middle of.
     pub wall: WallId,
     /// Places and areas.
     pub samples: Vec<(DVec3, f64)>,
+}
+
+impl Piece {
+    /// Its area, mm².
+    pub fn area(&self) -> f64 {
+        self.samples.iter().map(|s| s.1).sum()
+    }
+
+    /// Its centre of area.
+    pub fn centre(&self) -> DVec3 {
+        let weighted: DVec3 = self.samples.iter().map(|(p, area)| *p * *area).sum();
+        weighted / self.area().max(f64::MIN_POSITIVE)
+    }
 }
 
 impl Sheets {
@@ -73,13 +86,29 @@ impl Sheets {
         self.of[triangle]
     }
 
-    /// The place of each candidate in the order of the numbers.
-    pub fn ranks(&self, candidates: &[Candidate]) -> Vec<usize> {
-        let lies_on: Vec<(usize, f64)> = (candidates.par_iter())
-            .map(|c| {
-                let area: f64 = c.samples.iter().map(|s| s.1).sum();
-                (self.lies_on(c), area)
-            })
+    /// The sheets of a complex made of the same mid-surface, in the order of their numbers.
+    pub fn of_complex(&self, complex: &MidComplex) -> Vec<Piece> {
+        let first_of = complex.sheets(&complex.edges());
+        let mut all: BTreeMap<TriangleId, Piece> = BTreeMap::new();
+        for (t, triangle) in complex.triangles.enumerated() {
+            let [a, b, c] = complex.corners(triangle);
+            let area = complex.area_vector(triangle).length();
+            let sheet = all.entry(first_of[t]).or_insert_with(|| Piece {
+                wall: triangle.wall,
+                samples: Vec::new(),
+            });
+            sheet.samples.push(((a + b + c) / 3.0, area));
+        }
+        let all: Vec<Piece> = all.into_values().collect();
+        let mut ranked: Vec<(usize, Piece)> = self.ranks(&all).into_iter().zip(all).collect();
+        ranked.sort_by_key(|r| r.0);
+        ranked.into_iter().map(|r| r.1).collect()
+    }
+
+    /// The place of each piece in the order of the numbers.
+    fn ranks(&self, pieces: &[Piece]) -> Vec<usize> {
+        let lies_on: Vec<(usize, f64)> = (pieces.par_iter())
+            .map(|c| (self.lies_on(c), c.area()))
             .collect();
         let mut largest: BTreeMap<usize, usize> = BTreeMap::new();
         for (i, (sheet, area)) in lies_on.iter().enumerate() {
@@ -88,7 +117,7 @@ impl Sheets {
                 *best = i;
             }
         }
-        let mut order: Vec<usize> = (0..candidates.len()).collect();
+        let mut order: Vec<usize> = (0..pieces.len()).collect();
         order.sort_by_key(|&i| {
             let sheet = lies_on[i].0;
             (largest[&sheet] != i, sheet, i)
@@ -100,13 +129,13 @@ impl Sheets {
         ranks
     }
 
-    /// The sheet that most of a candidate's area lies on; one behind the last where its wall has none.
-    fn lies_on(&self, candidate: &Candidate) -> usize {
-        let Some((bvh, sheets)) = self.places.get(&candidate.wall) else {
+    /// The sheet that most of a piece's area lies on; one behind the last where its wall has none.
+    fn lies_on(&self, piece: &Piece) -> usize {
+        let Some((bvh, sheets)) = self.places.get(&piece.wall) else {
             return self.count;
         };
         let mut areas: BTreeMap<SheetId, f64> = BTreeMap::new();
-        for &(p, area) in &candidate.samples {
+        for &(p, area) in &piece.samples {
             if let Some(near) = bvh.nearest(p) {
                 *areas.entry(sheets[near.index]).or_default() += area;
             }
@@ -126,8 +155,8 @@ impl Sheets {
     /// A mesh with its sheets, and the elements with them, in the order of the numbers.
     #[must_use]
     pub fn in_order(&self, mut mesh: ShellMesh) -> ShellMesh {
-        let mut candidates: Vec<Candidate> = (mesh.sheets.iter())
-            .map(|sheet| Candidate {
+        let mut pieces: Vec<Piece> = (mesh.sheets.iter())
+            .map(|sheet| Piece {
                 wall: sheet.wall,
                 samples: Vec::new(),
             })
@@ -137,9 +166,9 @@ impl Sheets {
             let centre: DVec3 = corners.iter().map(|&n| mesh.nodes[n]).sum();
             let place = centre / corners.len() as f64;
             let area = mesh.doubled_area(e).length() / 2.0;
-            candidates[e.sheet.index()].samples.push((place, area));
+            pieces[e.sheet.index()].samples.push((place, area));
         }
-        let ranks = self.ranks(&candidates);
+        let ranks = self.ranks(&pieces);
         let mut elements: Vec<ElementId> = mesh.elements.ids().collect();
         elements.sort_by_key(|&e| ranks[mesh.elements[e].sheet.index()]);
         mesh.elements = (elements.into_iter())
@@ -171,4 +200,4 @@ fn largest_first(mut area: Vec<(TriangleId, f64)>) -> BTreeMap<TriangleId, Sheet
 }
 
 #[cfg(test)]
-mod tests {}
+mod tests;

@@ -230,4 +230,4 @@ impl<'a> Net<'a> {
 }
 
 #[cfg(test)]
-mod tests {}
+mod tests;
