@@ -222,7 +222,10 @@ impl SolidFacts {
                 sheet.sheet, sheet.wall, sheet.area, sheet.thickness
             )?;
         }
-        if let Some(more) = (self.sheet_list.len()).checked_sub(TABLE_ROWS).filter(|n| *n > 0) {
+        if let Some(more) = (self.sheet_list.len())
+            .checked_sub(TABLE_ROWS)
+            .filter(|n| *n > 0)
+        {
             writeln!(f, "  ... and {more} sheets more (see --json)")?;
         }
         Ok(())

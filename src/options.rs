@@ -98,6 +98,13 @@ impl MeshOptions {
         }
     }
 
+    /// Every size that was given, after where it was.
+    fn sizes_told(&self) -> impl Iterator<Item = (String, f64)> {
+        let local = (self.sizes.iter()).map(|wish| (wish.origin.clone(), wish.size));
+        let all = self.size.map(|size| ("--size".to_owned(), size));
+        all.into_iter().chain(local)
+    }
+
     fn check_sizes(&self) -> Result<(), OptionFault> {
         let is_length = |x: f64| x.is_finite() && x > 0.0;
         if let Some(size) = self.size
@@ -119,9 +126,7 @@ impl MeshOptions {
         if min > max {
             return Err(OptionFault::Bounds { min, max });
         }
-        let local = (self.sizes.iter()).map(|wish| (wish.origin.clone(), wish.size));
-        let all = self.size.map(|size| ("--size".to_owned(), size));
-        for (what, size) in all.into_iter().chain(local) {
+        for (what, size) in self.sizes_told() {
             if !(size >= min && size <= max) {
                 return Err(OptionFault::OutOfBounds {
                     what,
@@ -144,13 +149,19 @@ impl MeshOptions {
 
     /// Whether the size suits a part whose box has this diagonal (mm). A larger size is refused, not clamped: it is nearly always a wrong unit.
     pub fn check_against(&self, part_diagonal: f64) -> Result<(), OptionFault> {
-        match self.size.or(self.size_min) {
-            Some(size) if size > part_diagonal => Err(OptionFault::SizeBeyondPart {
-                size,
-                part: part_diagonal,
-            }),
-            _ => Ok(()),
+        for (what, size) in self
+            .sizes_told()
+            .chain(self.size_min.map(|min| ("--size-min".to_owned(), min)))
+        {
+            if size > part_diagonal {
+                return Err(OptionFault::SizeBeyondPart {
+                    what,
+                    size,
+                    part: part_diagonal,
+                });
+            }
         }
+        Ok(())
     }
 }
 

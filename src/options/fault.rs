@@ -42,9 +42,11 @@ pub enum OptionFault {
     Rows(u32),
     /// The wanted elements are larger than the part.
     #[error(
-        "the element size {size} mm is larger than the part, which measures {part:.1} mm corner to corner"
+        "{what}: the element size {size} mm is larger than the part, which measures {part:.1} mm corner to corner"
     )]
     SizeBeyondPart {
+        /// Which size: the option, or where in a file it stands.
+        what: String,
         /// The size asked for, mm.
         size: f64,
         /// Diagonal of the part's box, mm.
@@ -110,7 +112,7 @@ impl OptionFault {
                 "give a number such as --rows 3; 1 asks for nothing beyond the size".into()
             }
             OptionFault::SizeBeyondPart { part, .. } => format!(
-                "give a size below {part:.1} mm (is the file in the unit that you expect?), or leave --size out: then the part decides"
+                "give a size below {part:.1} mm (is the file in the unit that you expect?), or leave it out: then the part decides"
             ),
             OptionFault::NoSheet { .. } => {
                 "name a sheet by the number that 'midshell inspect', the field 'sheet' of a VTU file or the set SHEET_n of a deck shows".into()

@@ -252,7 +252,8 @@ impl Job<'_> {
         };
         let squares = clock.time("charts", || {
             let even = respace::respace(complex.clone(), &field, placer);
-            let squares = charts::mesh_charts(&even, self.layout(Pattern::Squares), &field, placer).complex;
+            let squares =
+                charts::mesh_charts(&even, self.layout(Pattern::Squares), &field, placer).complex;
             if folds(&squares) == 0 {
                 return squares;
             }

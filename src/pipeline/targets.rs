@@ -4,7 +4,6 @@ use crate::geom::placer::Placer;
 use crate::medial::Medial;
 use crate::model::brep::Brep;
 use crate::model::complex::MidComplex;
-use crate::model::element_shape::ElementShape;
 use crate::model::ids::{FaceId, FacetId, Id, SheetId, WallId};
 use crate::model::local_size::LocalSize;
 use crate::model::walls::Pairing;
@@ -20,9 +19,6 @@ use std::collections::{BTreeMap, BTreeSet};
 const BOTH: f64 = 0.1;
 /// A face that is no side of a wall (a rim, a fillet) has its say within this many thicknesses of it: sheets end on it, or run on beneath.
 const NEAR: f64 = 1.0;
-/// Rows of triangles of side h are sqrt(3)/2 h high.
-const ROW_OF_TRIANGLES: f64 = 0.866;
-
 /// The edge lengths wanted on flat walls.
 #[derive(Clone, Debug)]
 pub(super) struct Targets<'a> {
@@ -137,22 +133,19 @@ impl<'a> Targets<'a> {
         if options.rows < 2 {
             return;
         }
-        let row = match options.element {
-            ElementShape::Triangle => ROW_OF_TRIANGLES,
-            ElementShape::Quad | ElementShape::Mixed => 1.0,
-        };
         let complex = source.complex;
         let largest = self.largest(options);
-        let found = width::narrow(complex, &|_| rows * row * largest);
+        let found = width::narrow(complex, &|_| rows * largest);
         let mut of_wall: BTreeMap<WallId, (Vec<[DVec3; 3]>, Vec<f64>)> = BTreeMap::new();
         for (t, width) in found {
             let triangle = &complex.triangles[t];
             let corners = complex.corners(triangle);
             let place = corners.iter().sum::<DVec3>() / 3.0;
-            let thickness = (source.walls.thickness(place, triangle.wall))
-                .unwrap_or_else(|| source.walls.mean_thickness(triangle.wall));
-            // An element shorter than the wall is thick is no shell.
-            let size = width / (rows * row);
+            // An element shorter than the wall is thick is no shell; at knife edges the wall's mean counts, or there would be no end.
+            let mean = source.walls.mean_thickness(triangle.wall);
+            let here = source.walls.thickness(place, triangle.wall);
+            let thickness = mean.max(here.unwrap_or(mean));
+            let size = width / rows;
             if size >= thickness.max(options.size_min.unwrap_or(0.0)) {
                 let (triangles, sizes) = of_wall.entry(triangle.wall).or_default();
                 triangles.push(corners);

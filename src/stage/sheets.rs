@@ -141,14 +141,14 @@ impl Sheets {
             }
         }
         // Of equal ones the first.
-        let most = areas
-            .into_iter()
-            .fold(None, |best: Option<(SheetId, f64)>, (sheet, area)| {
-                match best {
+        let most =
+            areas.into_iter().fold(
+                None,
+                |best: Option<(SheetId, f64)>, (sheet, area)| match best {
                     Some((_, most)) if most >= area => best,
                     _ => Some((sheet, area)),
-                }
-            });
+                },
+            );
         most.map_or(self.count, |(sheet, _)| sheet.index())
     }
 

@@ -157,9 +157,8 @@ impl Sizing {
         let flat = count.triangles(self.growth, |_, _| self.target);
         let most = MOST_BENT * flat.max(MOST_TRIANGLES);
         let with = |shortest: f64| Self { shortest, ..self };
-        let fits = |shortest: f64| {
-            count.triangles(self.growth, |r, t| with(shortest).at(r, t)) <= most
-        };
+        let fits =
+            |shortest: f64| count.triangles(self.growth, |r, t| with(shortest).at(r, t)) <= most;
         if fits(self.shortest) {
             return self;
         }

@@ -163,7 +163,11 @@ impl<'a> Net<'a> {
             }
             let Some(&j) = place.get(&side) else { continue };
             let begins = self.nodes(side)[0] == node;
-            let near = if begins { LOOKS * j } else { LOOKS * j + LOOKS - 1 };
+            let near = if begins {
+                LOOKS * j
+            } else {
+                LOOKS * j + LOOKS - 1
+            };
             found.push([LOOKS * i + end * (LOOKS - 1), near]);
         }
         found
@@ -221,7 +225,11 @@ impl<'a> Net<'a> {
         // The line leaves between the corner that both other sides have and the one on the other side of the line.
         let [first, last] = [(entry + 1) % 3, (entry + 2) % 3];
         let left = |corner: usize| (corners[corner] - p).dot(normal.cross(way)) > 0.0;
-        let k = if left(first) != left(last) { first } else { last };
+        let k = if left(first) != left(last) {
+            first
+        } else {
+            last
+        };
         let (a, b) = (corners[k], corners[(k + 1) % 3]);
         let across = normal.cross(b - a);
         let step = (a - p).dot(across) / way.dot(across);

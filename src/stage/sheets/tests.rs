@@ -52,7 +52,10 @@ fn the_number_is_that_of_the_place_not_of_the_size() {
         build.complex
     };
     let sheets = Sheets::new(&two(10.1, 10.0));
-    assert_eq!(areas(&sheets.of_complex(&two(9.9, 10.2))), [297.0, 306.0, 150.0]);
+    assert_eq!(
+        areas(&sheets.of_complex(&two(9.9, 10.2))),
+        [297.0, 306.0, 150.0]
+    );
 }
 
 #[test]
@@ -132,7 +135,11 @@ fn a_shell_comes_in_the_order_of_the_numbers_with_all_that_it_had() {
     for e in &new.elements {
         area[e.sheet.index()] += new.doubled_area(e).length() / 2.0;
         // Its sheet is the one that it had.
-        let was = old.elements.iter().find(|o| o.corners == e.corners).unwrap();
+        let was = old
+            .elements
+            .iter()
+            .find(|o| o.corners == e.corners)
+            .unwrap();
         assert_eq!(new.sheets[e.sheet], old.sheets[was.sheet]);
         assert_eq!(e.thickness, was.thickness);
     }

@@ -52,6 +52,44 @@ fn without_a_wish_three_thicknesses_within_bounds() {
 }
 
 #[test]
+fn bounds_hold_for_what_the_part_decides_and_for_bends() {
+    let brep = box_brep(DVec3::new(200.0, 150.0, 1.0));
+    let with = |min: Option<f64>, max: Option<f64>| {
+        let wishes = Wishes {
+            min,
+            max,
+            ..Wishes::default()
+        };
+        sizing(&brep, &pairing(&[(1.0, 3e4)]), &wishes)
+    };
+    // Three thicknesses by itself; half of one, less what evenness takes, where it bends sharply.
+    assert!((with(None, None).target - 3.0).abs() < 1e-12);
+    assert!(with(None, None).at(1e-6, 1.0) < 0.5);
+    assert_eq!(with(Some(5.0), None).target, 5.0);
+    assert_eq!(with(None, Some(2.0)).target, 2.0);
+    assert_eq!(with(Some(2.0), Some(4.0)).at(1e-6, 1.0), 2.0);
+    assert_eq!(with(Some(2.0), Some(4.0)).at_step(1e-6, 1.0), 2.0);
+    // What is too much keeps at least the user's bound.
+    let bounded = with(Some(2.0), None).afforded(&[(1e6, 3.0), (1e5, 0.01)]);
+    assert!(bounded.least >= 2.0);
+    // A place with a finer size of its own keeps that.
+    let place = Sizing {
+        target: 1.0,
+        ..bounded
+    };
+    assert_eq!(place.at(f64::INFINITY, 1.0), 1.0);
+}
+
+#[test]
+fn slow_growth_makes_more_triangles() {
+    let brep = box_brep(DVec3::new(100.0, 100.0, 1.0));
+    let pairing = one_wall(&brep, 1.0);
+    let count = Count::new(&brep, &pairing, &|p, _| if p.x < 40.0 { 0.1 } else { 1e9 });
+    let of = |growth: f64| count.triangles(growth, |r, _| if r < 1.0 { 0.5 } else { 9.0 });
+    assert!(of(0.05) > of(0.3) && of(0.3) >= of(1.0));
+}
+
+#[test]
 fn the_typical_thickness_is_the_median_by_area() {
     let typical = |p: &[(f64, f64)]| typical_thickness(&pairing(p));
     assert_eq!(typical(&[(5.0, 1.0), (1.0, 10.0), (9.0, 1.0)]), 1.0);

@@ -91,7 +91,10 @@ fn a_junction_bounds_a_sheet_and_a_step_of_height_two() {
     assert!((least - 10.0).abs() < 1e-9 && (largest - 10.0).abs() < 1e-9);
     // A limit of its own for each wall.
     let only = narrow(&complex, &|w| if w == WallId(1) { 5.0 } else { 0.0 });
-    assert!(only.iter().all(|f| complex.triangles[f.0].wall == WallId(1)));
+    assert!(
+        only.iter()
+            .all(|f| complex.triangles[f.0].wall == WallId(1))
+    );
     assert_eq!(only.len(), 180);
     // A rib that ends on the plate leaves it one sheet, which is not narrow.
     let (least, ..) = range(&within(&rib_on_plate(0.5), 1e-3));
