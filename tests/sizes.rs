@@ -121,7 +121,7 @@ fn a_rib_gets_the_rows_that_were_asked_for() {
             assert!(mesh.elements.len() > one.elements.len());
         }
         // Rows lower than the wall is thick, or than the user's least size, are none.
-        assert_eq!(with(9, None), one, "{element}");
+        assert_eq!(with(20, None), one, "{element}");
         let bound = with(2, Some(8.0));
         assert!(spanning(&bound, 1.0) > 0, "{element}");
     }
@@ -156,12 +156,12 @@ fn rows_hang_on_no_place_no_scale_and_no_thread() {
     assert!((turned.elements.len() as f64 / count - 1.0).abs() < 0.1);
 }
 
-/// A plate with a hole of radius 4 at (30, 20).
-const HOLE: &str = "Box(1) = {0, 0, 0, 100, 60, 2}; Cylinder(2) = {30, 20, -1, 0, 0, 4, 4}; \
+/// A plate with a hole of radius 8 at (30, 20).
+const HOLE: &str = "Box(1) = {0, 0, 0, 100, 60, 2}; Cylinder(2) = {30, 20, -1, 0, 0, 4, 8}; \
                     BooleanDifference(3) = {Volume{1}; Delete;}{Volume{2}; Delete;};";
 
 fn from_hole(p: DVec3) -> f64 {
-    p.truncate().distance(glam::DVec2::new(30.0, 20.0)) - 4.0
+    p.truncate().distance(glam::DVec2::new(30.0, 20.0)) - 8.0
 }
 
 #[test]
@@ -184,9 +184,9 @@ fn bounds_win_against_the_part_and_its_curves() {
     // A bound below that is the size.
     assert_eq!(made(None, None, Some(2.0)), made(Some(2.0), None, None));
     assert_eq!(made(None, None, Some(50.0)), made(None, None, None));
-    // Where a hole needs three edges at the least they may be shorter than any bound; here they need not.
+    // A hole keeps some ten edges, however short these are; here they need not be.
     let coarse = lengths(&made(None, Some(4.0), None));
-    assert!(least(&coarse) > 4.0 * 0.6, "{}", least(&coarse));
+    assert!(least(&coarse) > 4.0 * 0.7, "{}", least(&coarse));
     // One above what the part decides as well.
     let coarser = lengths(&made(None, Some(9.0), None));
     assert!(mean(&coarser) > 7.0, "{}", mean(&coarser));
