@@ -137,7 +137,7 @@ impl MeshOptions {
             }
         }
         if let Some(growth) = self.growth
-            && !(growth >= GROWTH[0] && growth <= GROWTH[1])
+            && !(GROWTH[0]..=GROWTH[1]).contains(&growth)
         {
             return Err(OptionFault::Growth(growth));
         }
