@@ -13,7 +13,7 @@ use crate::geom::placer::{LengthField, Placer};
 use crate::model::complex::{MidComplex, MidNode, MidTriangle, Support};
 use crate::model::ids::{Id, IndexVec, NodeId, PatchId, TriangleId};
 use crate::model::patch::{Patch, PatchMesh};
-use crate::stage::chart_mesh::{Pattern, triangulate};
+use crate::stage::chart_mesh::{Layout, triangulate};
 use crate::stage::flatten::flatten;
 use crate::stage::patch::{cut, patches};
 use rayon::prelude::*;
@@ -40,12 +40,12 @@ pub struct Outcome {
 /// Meshes every patch at the wanted edge lengths; triangles are as long everywhere as these are across.
 pub fn mesh_charts(
     complex: &MidComplex,
-    pattern: Pattern,
+    layout: impl Into<Layout>,
     lengths: &LengthField,
     placer: &dyn Placer,
 ) -> Outcome {
     let how = How {
-        pattern,
+        layout: layout.into(),
         lengths,
         placer,
     };
@@ -60,7 +60,7 @@ pub fn mesh_charts(
 
 /// What every patch is meshed with.
 struct How<'a> {
-    pattern: Pattern,
+    layout: Layout,
     lengths: &'a LengthField<'a>,
     placer: &'a dyn Placer,
 }
@@ -152,7 +152,7 @@ fn round(complex: &MidComplex, avoid: Option<&[NodeId]>, old: &[bool], how: &How
 fn mesh_or_cut(patch: &Patch, avoid: &[NodeId], how: &How) -> Vec<Piece> {
     let mesh = flatten(patch)
         .ok()
-        .and_then(|chart| triangulate(patch, &chart, how.pattern, how.lengths, how.placer).ok());
+        .and_then(|chart| triangulate(patch, &chart, how.layout, how.lengths, how.placer).ok());
     if mesh.is_some() || patch.triangles.len() < SMALLEST {
         let patch = patch.clone();
         return vec![Piece { patch, mesh }];

@@ -18,6 +18,7 @@
 //! A name that is no limit and no metric is refused, and the message lists those that there are: a misspelt limit that counts for nothing is worse than none.
 
 use crate::model::profile::{Profile, ProfileFault, Range};
+use crate::toml_text;
 use serde::Deserialize;
 use std::collections::BTreeMap;
 
@@ -77,8 +78,7 @@ struct File {
 
 /// Reads a criteria file; `name` is what it is called where it does not say so itself.
 pub fn parse(text: &str, name: &str) -> Result<Profile, CriteriaError> {
-    let file: File =
-        toml::from_str(text).map_err(|e| CriteriaError::Toml(e.to_string().trim().to_owned()))?;
+    let file: File = toml_text::parse(text).map_err(CriteriaError::Toml)?;
     let base = file.base.as_deref().unwrap_or("shell");
     let base = Profile::named(base).ok_or_else(|| CriteriaError::UnknownBase(base.to_owned()))?;
     let mut profile = Profile {

@@ -38,16 +38,33 @@ pub struct SolidFacts {
     pub histogram: Vec<ThicknessBin>,
     /// How many sheets the mid-surface has: its pieces between rims, creases and junction curves.
     pub sheets: usize,
+    /// These sheets, in order of their numbers, the largest first.
+    pub sheet_list: Vec<SheetFacts>,
     /// How many junction curves: chains of edges where three sheets or more meet, from one end or fork to the next.
     pub junctions: usize,
     /// How many lumps, places too thick for a shell: groups of neighbouring faces that belong to no wall, rim or blend.
     pub lumps: usize,
 }
 
+/// One sheet of the mid-surface.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct SheetFacts {
+    /// Its number, from 1 over all solids: as the outputs of `midshell mesh` have it (`sheet` in VTU files, SHEET_n in decks), and size files.
+    pub sheet: u32,
+    /// The number of the wall that it is the middle of.
+    pub wall: u32,
+    /// Its area, mm².
+    pub area: f64,
+    /// Mean thickness of its wall, mm.
+    pub thickness: f64,
+    /// Its centre of area, mm.
+    pub centre: [f64; 3],
+}
+
 /// One wall: two sides of faces with material between them.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct WallFacts {
-    /// Its id.
+    /// Its number, from 1 over all solids: as VTU files have it.
     pub wall: u32,
     /// The group of walls whose face pairs hang together.
     pub group: u32,
@@ -167,8 +184,8 @@ fn round_up_1_2_5(x: f64) -> f64 {
 
 /// Cells of a histogram's longest bar.
 const BAR_CELLS: f64 = 40.0;
-/// Rows of the table of walls before it is cut; the JSON has them all.
-const WALL_ROWS: usize = 24;
+/// Rows of the table of walls, and of that of sheets, before it is cut; the JSON has them all.
+const TABLE_ROWS: usize = 24;
 
 impl fmt::Display for Inspection {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -185,6 +202,31 @@ impl fmt::Display for Inspection {
         for solid in &self.solids {
             writeln!(f)?;
             solid.fmt(f)?;
+        }
+        Ok(())
+    }
+}
+
+impl SolidFacts {
+    fn table_of_sheets(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(
+            f,
+            "  {:>5}  {:>5}  {:>10}  {:>12}  centre",
+            "sheet", "wall", "area mm2", "thickness mm"
+        )?;
+        for sheet in self.sheet_list.iter().take(TABLE_ROWS) {
+            let [x, y, z] = sheet.centre;
+            writeln!(
+                f,
+                "  {:>5}  {:>5}  {:>10.1}  {:>12.3}  {x:.2}, {y:.2}, {z:.2}",
+                sheet.sheet, sheet.wall, sheet.area, sheet.thickness
+            )?;
+        }
+        if let Some(more) = (self.sheet_list.len())
+            .checked_sub(TABLE_ROWS)
+            .filter(|n| *n > 0)
+        {
+            writeln!(f, "  ... and {more} sheets more (see --json)")?;
         }
         Ok(())
     }
@@ -219,7 +261,7 @@ impl fmt::Display for SolidFacts {
             "  {:>5}  {:>5}  {:>10}  {:>27}  {:<8}  faces on either side",
             "wall", "group", "area mm2", "thickness min/mean/max mm", ""
         )?;
-        for wall in self.walls.iter().take(WALL_ROWS) {
+        for wall in self.walls.iter().take(TABLE_ROWS) {
             writeln!(
                 f,
                 "  {:>5}  {:>5}  {:>10.1}  {:>27}  {:<8}  {} | {}",
@@ -239,13 +281,14 @@ impl fmt::Display for SolidFacts {
                 tags(&wall.sides[1]),
             )?;
         }
-        if self.walls.len() > WALL_ROWS {
+        if self.walls.len() > TABLE_ROWS {
             writeln!(
                 f,
                 "  ... and {} walls more (see --json)",
-                self.walls.len() - WALL_ROWS
+                self.walls.len() - TABLE_ROWS
             )?;
         }
+        self.table_of_sheets(f)?;
         let peaks = thickness_peaks(&self.histogram);
         let tallest = self.histogram.iter().map(|b| b.share).fold(0.0, f64::max);
         if tallest > 0.0 {
@@ -359,6 +402,13 @@ mod tests {
                 ..WallFacts::default()
             }],
             histogram: thickness_histogram(&[(1.5, 1.0)]),
+            sheet_list: vec![SheetFacts {
+                sheet: 4,
+                wall: 9,
+                area: 12.5,
+                thickness: 1.5,
+                centre: [1.0, -2.0, 0.25],
+            }],
             ..SolidFacts::default()
         };
         let text = Inspection {
@@ -373,6 +423,7 @@ mod tests {
             "1.000 / 1.500 / 2.000",
             "varying",
             "1 2 | 9",
+            "    4      9        12.5         1.500  1.00, -2.00, 0.25\n",
             "100.0 % * ####",
         ] {
             assert!(text.contains(want), "{want} not in\n{text}");

@@ -14,9 +14,11 @@ pub mod options;
 pub mod pipeline;
 pub mod read;
 pub mod report_text;
+pub mod size_file;
 pub mod solve;
 pub mod spatial;
 pub mod stage;
+mod toml_text;
 
 #[cfg(test)]
 mod test_parts;

@@ -3,9 +3,14 @@
 //! Guarantee: an option that [`MeshOptions::check`] lets pass is finite and in range, so that nothing later asks again. Whether a size suits the
 //! part is known only when the part is read: [`MeshOptions::check_against`]. Sizes are mm.
 
-use crate::model::element_shape::{ElementShape, UnknownShape};
-use crate::model::length_unit::{LengthUnit, UnknownUnit};
-use crate::model::profile::{Profile, ProfileFault};
+mod fault;
+
+pub use fault::OptionFault;
+
+use crate::model::element_shape::ElementShape;
+use crate::model::length_unit::LengthUnit;
+use crate::model::local_size::LocalSize;
+use crate::model::profile::Profile;
 use crate::model::removal::SmallLimits;
 use std::path::PathBuf;
 use std::time::Duration;
@@ -15,6 +20,9 @@ use std::time::Duration;
 /// So on a machine that has a core to spare a refusal comes within a minute; a busy one needs longer, but says the same.
 const TIME_LIMIT: Duration = Duration::from_secs(58);
 
+/// Rows of elements across a narrow sheet: a single row bends as stiffly as its shape functions make it.
+const ROWS: u32 = 2;
+
 /// The choices of one run.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub struct MeshOptions {
@@ -22,6 +30,16 @@ pub struct MeshOptions {
     pub size: Option<f64>,
     /// Elements in a full turn of a curved wall. None: curvature does not refine.
     pub size_curvature: Option<f64>,
+    /// No shorter edges are wanted anywhere, mm, whatever bends, steps and narrow places ask for. None: no bound.
+    pub size_min: Option<f64>,
+    /// No longer edges are wanted anywhere, mm, also where the part decides. None: no bound.
+    pub size_max: Option<f64>,
+    /// Neighbouring edges differ in length by this factor at most. None: 1.3 along edges of the mesh, 1.4 from row to row within a sheet.
+    pub growth: Option<f64>,
+    /// Rows of elements across a rib, flange or web; fewer where they would be lower than it is thick.
+    pub rows: u32,
+    /// Sizes of single sheets and faces.
+    pub sizes: Vec<LocalSize>,
     /// Which elements.
     pub element: ElementShape,
     /// What is so small that the mesh does without it.
@@ -43,6 +61,11 @@ impl Default for MeshOptions {
         Self {
             size: None,
             size_curvature: None,
+            size_min: None,
+            size_max: None,
+            growth: None,
+            rows: ROWS,
+            sizes: Vec::new(),
             element: ElementShape::default(),
             small: SmallLimits::default(),
             unit: None,
@@ -54,95 +77,17 @@ impl Default for MeshOptions {
     }
 }
 
-/// What can be wrong with the options.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum OptionFault {
-    /// A length that is zero, negative, infinite or no number.
-    #[error("the element size is {0}, but it must be a length above zero (in mm)")]
-    Size(f64),
-    /// The wanted elements are larger than the part.
-    #[error(
-        "the element size {size} mm is larger than the part, which measures {part:.1} mm corner to corner"
-    )]
-    SizeBeyondPart {
-        /// The size asked for, mm.
-        size: f64,
-        /// Diagonal of the part's box, mm.
-        part: f64,
-    },
-    /// A least size of holes or features that is zero, negative, infinite or no number.
-    #[error("the least {0} is {1}, but it must be a length above zero (in mm)")]
-    Small(&'static str, f64),
-    /// All holes or features would be small.
-    #[error(
-        "the least {0} {1} mm is larger than the part, which measures {2:.1} mm corner to corner"
-    )]
-    SmallBeyondPart(&'static str, f64, f64),
-    /// Too few elements a turn.
-    #[error("{0} elements in a full turn: a turn takes at least {MIN_PER_TURN}, and a number")]
-    SizeCurvature(f64),
-    /// A time limit of zero.
-    #[error("the time limit is zero: nothing can be done in no time")]
-    TimeLimit,
-    /// An element shape that we do not know.
-    #[error(transparent)]
-    Shape(#[from] UnknownShape),
-    /// A unit that we do not know.
-    #[error(transparent)]
-    Unit(#[from] UnknownUnit),
-    /// Criteria that mean nothing.
-    #[error(transparent)]
-    Profile(#[from] ProfileFault),
-}
-
 /// Three chords are the fewest that still go round something.
 const MIN_PER_TURN: f64 = 3.0;
-
-impl OptionFault {
-    /// What the user can do about it.
-    pub fn remedy(&self) -> String {
-        match self {
-            OptionFault::Size(_) => {
-                "give a length such as --size 5, or leave --size out: then the part decides".into()
-            }
-            OptionFault::SizeBeyondPart { part, .. } => format!(
-                "give a size below {part:.1} mm (is the file in the unit that you expect?), or leave --size out: then the part decides"
-            ),
-            OptionFault::Small(..) => {
-                "give a length such as --min-hole 5 or --min-feature 2, or leave it out: then nothing is taken out".into()
-            }
-            OptionFault::SmallBeyondPart(.., part) => format!(
-                "give a length below {part:.1} mm (is the file in the unit that you expect?), or leave it out: then nothing is taken out"
-            ),
-            OptionFault::SizeCurvature(_) => {
-                "give a number such as --size-curvature 24, or leave it out".into()
-            }
-            OptionFault::TimeLimit => {
-                "give the seconds of processor time that reading and filling the part may take, such as --time-limit 300".into()
-            }
-            OptionFault::Shape(_) => {
-                let names: Vec<&str> = ElementShape::NAMED.iter().map(|n| n.0).collect();
-                format!("choose one of: {}", names.join(", "))
-            }
-            OptionFault::Profile(_) => {
-                "mend the criteria, or choose a profile that comes with the program".into()
-            }
-            OptionFault::Unit(_) => {
-                let names: Vec<&str> = LengthUnit::NAMED.iter().map(|n| n.0).collect();
-                format!("choose one of: {}", names.join(", "))
-            }
-        }
-    }
-}
+/// Factors between neighbouring edges: below the first a mesh would be as fine as its finest place all over, above the second triangles have angles below 30 degrees.
+const GROWTH: [f64; 2] = [1.05, 2.0];
+/// More rows than that across a rib are a wrong number.
+const MOST_ROWS: u32 = 50;
 
 impl MeshOptions {
     /// The first thing that is wrong whatever the part is.
     pub fn check(&self) -> Result<(), OptionFault> {
-        if let Some(size) = self.size
-            && !(size.is_finite() && size > 0.0)
-        {
-            return Err(OptionFault::Size(size));
-        }
+        self.check_sizes()?;
         if let Some((what, limit)) =
             (self.small.named()).find(|(_, limit)| !(limit.is_finite() && *limit > 0.0))
         {
@@ -162,18 +107,73 @@ impl MeshOptions {
         }
     }
 
-    /// Whether the sizes suit a part whose box has this diagonal (mm). A larger size is refused, not clamped: it is nearly always a wrong unit.
+    /// Every size that was given, after where it was.
+    fn sizes_told(&self) -> impl Iterator<Item = (String, f64)> {
+        let local = (self.sizes.iter()).map(|wish| (wish.origin.clone(), wish.size));
+        let all = self.size.map(|size| ("--size".to_owned(), size));
+        all.into_iter().chain(local)
+    }
+
+    fn check_sizes(&self) -> Result<(), OptionFault> {
+        let is_length = |x: f64| x.is_finite() && x > 0.0;
+        if let Some(size) = self.size
+            && !is_length(size)
+        {
+            return Err(OptionFault::Size(size));
+        }
+        for (name, bound) in [("--size-min", self.size_min), ("--size-max", self.size_max)] {
+            if let Some(bound) = bound
+                && !is_length(bound)
+            {
+                return Err(OptionFault::Bound(name, bound));
+            }
+        }
+        let (min, max) = (
+            self.size_min.unwrap_or(0.0),
+            self.size_max.unwrap_or(f64::INFINITY),
+        );
+        if min > max {
+            return Err(OptionFault::Bounds { min, max });
+        }
+        for (what, size) in self.sizes_told() {
+            if !(size >= min && size <= max) {
+                return Err(OptionFault::OutOfBounds {
+                    what,
+                    size,
+                    min,
+                    max,
+                });
+            }
+        }
+        if let Some(growth) = self.growth
+            && !(GROWTH[0]..=GROWTH[1]).contains(&growth)
+        {
+            return Err(OptionFault::Growth(growth));
+        }
+        if !(1..=MOST_ROWS).contains(&self.rows) {
+            return Err(OptionFault::Rows(self.rows));
+        }
+        Ok(())
+    }
+
+    /// Whether the size suits a part whose box has this diagonal (mm). A larger size is refused, not clamped: it is nearly always a wrong unit.
     pub fn check_against(&self, part_diagonal: f64) -> Result<(), OptionFault> {
         if let Some((what, limit)) = self.small.named().find(|(_, l)| *l > part_diagonal) {
             return Err(OptionFault::SmallBeyondPart(what, limit, part_diagonal));
         }
-        match self.size {
-            Some(size) if size > part_diagonal => Err(OptionFault::SizeBeyondPart {
-                size,
-                part: part_diagonal,
-            }),
-            _ => Ok(()),
+        for (what, size) in self
+            .sizes_told()
+            .chain(self.size_min.map(|min| ("--size-min".to_owned(), min)))
+        {
+            if size > part_diagonal {
+                return Err(OptionFault::SizeBeyondPart {
+                    what,
+                    size,
+                    part: part_diagonal,
+                });
+            }
         }
+        Ok(())
     }
 }
 
@@ -237,6 +237,69 @@ mod tests {
         assert_eq!(options.check_against(120.0), Ok(()));
         let fault = options.check_against(100.0).unwrap_err();
         assert!(fault.to_string().contains("feature size 120 mm"), "{fault}");
+    }
+
+    #[test]
+    fn bounds_hold_between_each_other_and_round_every_size() {
+        let with = |min: Option<f64>, max: Option<f64>, size: Option<f64>, local: &[f64]| {
+            let sizes = local.iter().map(|&size| LocalSize {
+                size,
+                origin: "a file".into(),
+                ..LocalSize::default()
+            });
+            let options = MeshOptions {
+                size,
+                size_min: min,
+                size_max: max,
+                sizes: sizes.collect(),
+                ..MeshOptions::default()
+            };
+            options.check()
+        };
+        assert_eq!(with(Some(1.0), Some(1.0), Some(1.0), &[1.0]), Ok(()));
+        assert_eq!(with(Some(1.0), None, Some(9.0), &[2.0]), Ok(()));
+        assert_eq!(with(None, Some(9.0), None, &[2.0, 9.0]), Ok(()));
+        for bad in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+            let bound = |fault| matches!(fault, Err(OptionFault::Bound(..)));
+            assert!(bound(with(Some(bad), None, None, &[])), "{bad}");
+            assert!(bound(with(None, Some(bad), None, &[])), "{bad}");
+            // The file is read by other hands than these: what comes through is refused all the same.
+            assert!(bad > 0.0 || with(Some(1.0), None, None, &[bad]).is_err());
+        }
+        assert!(matches!(
+            with(Some(2.0), Some(1.0), None, &[]),
+            Err(OptionFault::Bounds { .. })
+        ));
+        for (size, local) in [(Some(0.9), 2.0), (Some(4.1), 2.0), (None, 0.9), (None, 4.1)] {
+            let fault = with(Some(1.0), Some(4.0), size, &[local]).unwrap_err();
+            assert!(matches!(fault, OptionFault::OutOfBounds { .. }), "{fault}");
+            let named = if size.is_some() { "--size" } else { "a file" };
+            assert!(fault.to_string().starts_with(named), "{fault}");
+        }
+    }
+
+    #[test]
+    fn growth_and_rows_have_a_range() {
+        let with = |growth, rows| {
+            let options = MeshOptions {
+                growth,
+                rows,
+                ..MeshOptions::default()
+            };
+            options.check()
+        };
+        for good in [1.05, 1.2, 2.0] {
+            assert_eq!(with(Some(good), 1), Ok(()));
+        }
+        for bad in [f64::NAN, 1.0, 0.5, -2.0, 2.1, f64::INFINITY] {
+            assert!(
+                matches!(with(Some(bad), 2), Err(OptionFault::Growth(_))),
+                "{bad}"
+            );
+        }
+        assert_eq!(with(None, 0), Err(OptionFault::Rows(0)));
+        assert_eq!(with(None, MOST_ROWS), Ok(()));
+        assert!(with(None, MOST_ROWS + 1).is_err());
     }
 
     #[test]

@@ -139,7 +139,7 @@ fn foreign_crates_stay_behind_their_module() {
         ("faer", "solve"),
         ("nix", "pipeline/memory"),
         ("flate2", "read/vtu_array"),
-        ("toml", "criteria"),
+        ("toml", "toml_text"),
     ] {
         let text = format!("use {foreign}::Thing;");
         caught("src/geom/placer.rs", &text);

@@ -1,6 +1,7 @@
 use super::*;
 use crate::geom::placer::Lengths;
 use crate::model::ids::WallId;
+use crate::stage::chart_mesh::Pattern;
 use crate::stage::test_shapes::{self as shapes, Onto, Stay};
 use glam::DVec3;
 

@@ -19,6 +19,7 @@ Examples:
   midshell mesh cover.step -o cover.vtu -o cover.bdf --size 4 --element quad --json cover.json
   midshell mesh scan.stl -o scan.vtu
   midshell mesh hood.step -o hood.inp --format abaqus --size-curvature 24 --timings
+  midshell mesh cover.step -o cover.vtu --size-min 1 --size-max 8 --growth 1.2 --rows 3 --sizes sizes.toml
   midshell inspect bracket.step
   midshell audit bracket.inp --solid bracket.step
   midshell audit door.bdf --profile crash --csv door.csv -o failing.vtu
@@ -103,6 +104,21 @@ pub struct MeshArgs {
     /// Elements in a full turn of a curved wall [default: curvature does not refine]
     #[arg(long, value_name = "N", allow_hyphen_values = true)]
     pub size_curvature: Option<f64>,
+    /// No shorter edges are wanted anywhere, in mm: bends, steps and narrow places give way [default: no bound]
+    #[arg(long, value_name = "H", allow_hyphen_values = true)]
+    pub size_min: Option<f64>,
+    /// No longer edges are wanted anywhere, in mm, also where the part decides [default: no bound]
+    #[arg(long, value_name = "H", allow_hyphen_values = true)]
+    pub size_max: Option<f64>,
+    /// Factor by which neighbouring edges may differ in length [default: 1.3, and 1.4 from row to row within a sheet]
+    #[arg(long, value_name = "G", allow_hyphen_values = true)]
+    pub growth: Option<f64>,
+    /// Rows of elements across a rib, flange or web; fewer where they would be lower than it is thick [default: 2]
+    #[arg(long, value_name = "N")]
+    pub rows: Option<u32>,
+    /// Sizes of single sheets and faces, as a TOML file with entries such as [[size]] sheet = 3 (or face = [12, 14]) size = 1.5
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
+    pub sizes: Option<PathBuf>,
     /// The elements to make [default: tri]
     #[arg(long, value_parser = shapes())]
     pub element: Option<String>,
@@ -204,9 +220,13 @@ impl MeshArgs {
                 hole: self.min_hole,
                 feature: self.min_feature,
             },
+            size_min: self.size_min,
+            size_max: self.size_max,
+            growth: self.growth,
             dump: self.dump.clone(),
             ..self.source.run.options()
         };
+        options.rows = self.rows.unwrap_or(options.rows);
         // clap let only known names through.
         if let Some(shape) = self.element.as_deref().and_then(|name| name.parse().ok()) {
             options.element = shape;
@@ -315,7 +335,7 @@ mod tests {
 
     #[test]
     fn every_choice_reaches_the_library() {
-        let line = "midshell mesh a.step -o a.inp --size -2.5 --size-curvature 24 --element quad --min-hole 4 --min-feature 1.5 --unit in --gmsh /g --time-limit 1.5 --dump d";
+        let line = "midshell mesh a.step -o a.inp --size -2.5 --size-curvature 24 --size-min 1 --size-max 9 --growth 1.2 --rows 3 --element quad --min-hole 4 --min-feature 1.5 --unit in --gmsh /g --time-limit 1.5 --dump d";
         let cli = Cli::try_parse_from(line.split(' ')).unwrap();
         let Verb::Mesh(args) = cli.command else {
             panic!("not mesh")
@@ -323,6 +343,10 @@ mod tests {
         let want = MeshOptions {
             size: Some(-2.5),
             size_curvature: Some(24.0),
+            size_min: Some(1.0),
+            size_max: Some(9.0),
+            growth: Some(1.2),
+            rows: 3,
             element: ElementShape::Quad,
             small: SmallLimits {
                 hole: Some(4.0),
@@ -348,6 +372,8 @@ mod tests {
         // Where its lines break depends on the terminal.
         let help = help.split_whitespace().collect::<Vec<_>>().join(" ");
         assert!(help.contains(&format!("[default: {}]", defaults.element)));
+        let rows = format!("than it is thick [default: {}]", defaults.rows);
+        assert!(help.contains(&rows), "{rows} not in\n{help}");
         let profile = format!("of one of these [default: {}]", defaults.profile.name);
         assert!(help.contains(&profile), "{profile} not in\n{help}");
         let limit = format!("by the clock [default: {}]", defaults.time_limit.as_secs());

@@ -6,6 +6,7 @@ use super::complaint::Complaint;
 use super::console::{self, Reporter};
 use super::format::format_of;
 use super::profile::profile;
+use super::sizes::sizes;
 use clap::CommandFactory;
 use midshell::doctor;
 use midshell::exit_class::ExitClass;
@@ -38,6 +39,7 @@ fn mesh(args: &MeshArgs) -> Result<ExitClass, Complaint> {
     let input = &args.source.input;
     let options = MeshOptions {
         profile: profile(&args.criteria)?,
+        sizes: sizes(args.sizes.as_deref())?,
         ..args.options()
     };
     options

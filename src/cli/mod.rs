@@ -8,3 +8,4 @@ pub mod console;
 pub mod format;
 pub mod guard;
 pub mod profile;
+pub mod sizes;

@@ -8,6 +8,7 @@ pub mod doubt;
 pub mod element_shape;
 pub mod ids;
 pub mod length_unit;
+pub mod local_size;
 pub mod mesh_audit;
 pub mod metric;
 pub mod patch;

@@ -7,11 +7,12 @@
 use super::midsurface::MidSurface;
 use crate::geom::kind::face_kind;
 use crate::geom::six_node::{QuadraticTriangle, facets_of_faces};
-use crate::inspection::{PairFacts, SolidFacts, WallFacts, thickness_histogram};
+use crate::inspection::{PairFacts, SheetFacts, SolidFacts, WallFacts, thickness_histogram};
 use crate::model::brep::Brep;
 use crate::model::complex::{EdgeKind, MidComplex};
 use crate::model::ids::{FaceId, Id, IndexVec, NodeId, WallId};
 use crate::model::walls::{Aag, FacePair, Role};
+use crate::stage::sheets::Piece;
 use glam::DVec3;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
@@ -51,6 +52,8 @@ pub(super) fn wall_facts(
     brep: &Brep,
     found: &MidSurface,
     clean: &MidComplex,
+    sheets_in_order: &[Piece],
+    before: &Before,
 ) -> SolidFacts {
     let tags = |faces: &[FaceId]| faces.iter().map(|&f| brep.faces[f].tag).collect();
     let walls = found
@@ -60,7 +63,7 @@ pub(super) fn wall_facts(
         .map(|(id, wall)| {
             let pairs = pairs_of(brep, &found.pairing.pairs, id);
             WallFacts {
-                wall: id.0,
+                wall: before.wall(id),
                 group: wall.group,
                 sides: [tags(&wall.sides[0]), tags(&wall.sides[1])],
                 area: pairs.iter().map(|p| p.area).sum(),
@@ -76,9 +79,40 @@ pub(super) fn wall_facts(
         walls,
         histogram: thickness_histogram(&found.pairing.histogram),
         sheets: sheets(clean),
+        sheet_list: (sheets_in_order.iter().zip(before.sheets + 1..))
+            .map(|(sheet, number)| SheetFacts {
+                sheet: number,
+                wall: before.wall(sheet.wall),
+                area: sheet.area(),
+                thickness: found.pairing.walls[sheet.wall].thickness,
+                centre: sheet.centre().to_array(),
+            })
+            .collect(),
         junctions: junction_curves(clean),
         lumps: lumps(&found.aag, &found.roles.role),
         ..facts
+    }
+}
+
+/// How much the solids before have.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Before {
+    pub sheets: u32,
+    pub walls: u32,
+}
+
+impl Before {
+    fn wall(&self, id: WallId) -> u32 {
+        self.walls + id.0 + 1
+    }
+
+    /// The same for the solid after one with these sheets, as the merged mesh counts.
+    pub fn after(&self, sheets: &[Piece]) -> Self {
+        let walls = sheets.iter().map(|s| s.wall.0 + 1).max().unwrap_or(0);
+        Self {
+            sheets: self.sheets + sheets.len() as u32,
+            walls: self.walls + walls,
+        }
     }
 }
 

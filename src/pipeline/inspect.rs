@@ -4,7 +4,7 @@
 
 use super::clock::Clock;
 use super::error::PipelineError;
-use super::facts::{solid_facts, wall_facts};
+use super::facts::{Before, solid_facts, wall_facts};
 use super::middle::Middle;
 use super::seen::Seen;
 use super::solid::Untangled;
@@ -12,6 +12,7 @@ use super::{Progress, import_options, midsurface, tidy};
 use crate::import::{Piece, import_cad_told};
 use crate::inspection::{Inspection, SolidFacts};
 use crate::options::MeshOptions;
+use crate::stage::sheets::Sheets;
 use std::path::Path;
 
 /// Finds out what a part is made of.
@@ -27,10 +28,11 @@ pub fn inspect(
             progress.stage(&format!("import: {line}"));
         })
     })?;
+    let mut before = Before::default();
     let solids = imported
         .pieces
         .into_iter()
-        .map(|piece| inspect_solid(piece, options, &mut clock))
+        .map(|piece| inspect_solid(piece, &mut before, options, &mut clock))
         .collect::<Result<_, _>>()?;
     Ok(Inspection {
         input: input.display().to_string(),
@@ -41,6 +43,7 @@ pub fn inspect(
 
 fn inspect_solid(
     piece: Piece,
+    before: &mut Before,
     options: &MeshOptions,
     clock: &mut Clock<'_>,
 ) -> Result<SolidFacts, PipelineError> {
@@ -54,10 +57,14 @@ fn inspect_solid(
         Err(error) => return Err(error),
     };
     let fair = Untangled::new(brep, &found, options, clock);
+    let sheets = clock.time("size", || Sheets::new(&fair.complex));
     // Counted on the raw complex, every crumb of a sheet between two close junction curves would be one.
     let clean = clock.time("clean", || {
         let middle = Middle::new(&fair.walls, fair.leaves);
         tidy::clean(fair.complex, &fair.sizing, &middle)
     });
-    Ok(wall_facts(facts, brep, &found, &clean))
+    let in_order = sheets.of_complex(&clean);
+    let facts = wall_facts(facts, brep, &found, &clean, &in_order, before);
+    *before = before.after(&in_order);
+    Ok(facts)
 }

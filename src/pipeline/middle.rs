@@ -1,9 +1,11 @@
 //! The mid-surfaces of a solid's walls as the stages after the choice of walls ask for them: as what places nodes, and for the edge length wanted at a place.
 
+use super::targets::Targets;
 use crate::geom::placer::{Lengths, Placer};
 use crate::medial::{Held, Medial};
 use crate::model::complex::MidComplex;
 use crate::model::ids::WallId;
+use crate::stage::kinks::Kinked;
 use crate::stage::size::Sizing;
 use glam::{DVec3, FloatExt};
 use rayon::prelude::*;
@@ -19,6 +21,9 @@ pub(super) struct Middle<'a> {
     /// The mid-surfaces as such.
     pub walls: &'a Medial<'a>,
     held: Option<Held<'a>>,
+    targets: Option<&'a Targets<'a>>,
+    /// The pieces that walls were cut into at their kinks.
+    kinked: Option<&'a Kinked>,
 }
 
 impl<'a> Middle<'a> {
@@ -27,6 +32,17 @@ impl<'a> Middle<'a> {
         Self {
             walls,
             held: leaves.then(|| Held::new(walls)),
+            targets: None,
+            kinked: None,
+        }
+    }
+
+    /// The same with wanted lengths that differ from place to place; `kinked` where the walls are pieces of those that the lengths are told for.
+    pub fn aiming(self, targets: &'a Targets<'a>, kinked: Option<&'a Kinked>) -> Self {
+        Self {
+            targets: Some(targets),
+            kinked,
+            ..self
         }
     }
 
@@ -40,25 +56,35 @@ impl<'a> Middle<'a> {
 
     /// The edge length wanted at a place on a wall, mm.
     pub fn field(&self, sizing: &Sizing) -> impl Fn(DVec3, WallId) -> f64 + Sync {
-        let walls = self.walls;
-        move |p, w| {
-            let thickness = walls.mean_thickness(w);
-            let bend = sizing.at(walls.curvature_radius(p, w), thickness);
-            bend.min(sizing.at_step(walls.step_radius(p, w), thickness))
-        }
+        move |p, w| self.wanted(sizing, p, w).0
     }
 
-    /// The edge lengths wanted for quads at a place on a wall: along a bend longer than across it.
-    pub fn lengths(&self, sizing: &Sizing) -> impl Fn(DVec3, WallId) -> Lengths + Sync {
-        let (walls, field) = (self.walls, self.field(sizing));
-        let sizing = *sizing;
+    /// The edge length wanted at a place on a wall, and the one that would be wanted there if nothing bent, mm.
+    pub fn wanted(&self, sizing: &Sizing, p: DVec3, w: WallId) -> (f64, f64) {
+        let walls = self.walls;
+        let target = self.targets.map_or(sizing.target, |targets| {
+            let whole = self.kinked.map_or(w, |kinked| kinked.whole(w));
+            targets.at(walls, p, whole, w)
+        });
+        let sizing = Sizing { target, ..*sizing };
+        let thickness = walls.mean_thickness(w);
+        let bend = sizing.at(walls.curvature_radius(p, w), thickness);
+        let size = bend.min(sizing.at_step(walls.step_radius(p, w), thickness));
+        (size, target)
+    }
+
+    /// The edge lengths wanted for quads at a place on a wall, at least `min` mm: along a bend longer than across it.
+    pub fn lengths(&self, sizing: &Sizing, min: f64) -> impl Fn(DVec3, WallId) -> Lengths + Sync {
+        let walls = self.walls;
         move |p, w| {
-            let size = field(p, w);
+            let (size, target) = self.wanted(sizing, p, w);
             // Where the wall bends, a square has to be smaller than a triangle to leave it as little: its diagonal is longer.
-            let across = size * SQUARE_AT_BENDS.lerp(1.0, (size / sizing.target).clamp(0.0, 1.0));
+            let share = SQUARE_AT_BENDS.lerp(1.0, (size / target).clamp(0.0, 1.0));
+            let across = (size * share).max(min);
             let Some((axis, radius)) = walls.lengthwise(p, w) else {
                 return Lengths::equal(across);
             };
+            let sizing = Sizing { target, ..*sizing };
             let thickness = walls.mean_thickness(w);
             let along = sizing
                 .at(radius, thickness)

@@ -15,7 +15,9 @@ mod report;
 mod seen;
 mod small;
 mod solid;
+mod targets;
 mod tidy;
+mod wished;
 
 pub use error::PipelineError;
 pub use inspect::inspect;
@@ -32,6 +34,7 @@ use clock::Clock;
 use dump::Dump;
 use glam::DVec3;
 use seen::Seen;
+use solid::Turn;
 use std::path::Path;
 
 /// Seed of the audit's samples: any number would do, but always the same one.
@@ -104,16 +107,24 @@ fn mesh_pieces(
     clock: &mut Clock<'_>,
 ) -> Result<MeshRun, PipelineError> {
     options.check_against(diagonal(&pieces))?;
+    wished::faces_are_there(&pieces, options)?;
     let pieces: Vec<Seen> = (pieces.into_iter()).map(|p| Seen::new(p, clock)).collect();
     let mut meshes = Vec::new();
     let mut solids = Vec::new();
     let mut plains = Vec::new();
-    for seen in &pieces {
-        let (mesh, solid, plain) = solid::mesh_solid(seen, options, clock)?;
+    let mut sheets = 0;
+    for (i, seen) in pieces.iter().enumerate() {
+        let turn = Turn {
+            sheets_before: sheets,
+            is_last: i + 1 == pieces.len(),
+        };
+        let (mesh, solid, plain) = solid::mesh_solid(seen, turn, options, clock)?;
+        sheets += mesh.sheets.len();
         meshes.push(mesh);
         solids.push(solid);
         plains.push(plain);
     }
+    wished::sheets_are_there(sheets, options)?;
     let mesh = merge::merge(meshes);
     // What the user wanted out is not missing: the mesh is held against the solids without it.
     let breps: Vec<&Brep> = (pieces.iter().zip(&plains))

@@ -8,7 +8,9 @@ use super::midsurface::{self, MidSurface};
 use super::report::SolidReport;
 use super::seen::Seen;
 use super::small::{self, Plain};
+use super::targets::{self, Targets};
 use super::tidy::{self, connected, folds};
+use super::wished;
 use crate::charts;
 use crate::geom::placer::{Lengths, Placer};
 use crate::medial::Medial;
@@ -18,18 +20,29 @@ use crate::model::element_shape::ElementShape;
 use crate::model::ids::WallId;
 use crate::model::shell::ShellMesh;
 use crate::options::MeshOptions;
-use crate::stage::chart_mesh::Pattern;
+use crate::stage::chart_mesh::{Layout, Pattern};
 use crate::stage::kinks::{self, Kinked};
 use crate::stage::quads::{self, Halves};
 use crate::stage::remesh::{self, RemeshOptions};
-use crate::stage::size::{self, Sizing};
+use crate::stage::sheets::Sheets;
+use crate::stage::size::{self, Sizing, Wishes};
 use crate::stage::{balance, respace, shell};
 use glam::DVec3;
 use std::cell::OnceCell;
 
+/// Where a solid stands among those of the part.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Turn {
+    /// How many sheets those before it have.
+    pub sheets_before: usize,
+    /// Whether none comes after it.
+    pub is_last: bool,
+}
+
 /// The shell of one solid, of quads where such are asked for; and the solid that it stands for, where that is not the one that was read.
 pub(super) fn mesh_solid(
     seen: &Seen,
+    turn: Turn,
     options: &MeshOptions,
     clock: &mut Clock<'_>,
 ) -> Result<(ShellMesh, SolidReport, Option<Plain>), PipelineError> {
@@ -51,6 +64,22 @@ pub(super) fn mesh_solid(
         leaves,
     } = Untangled::new(brep, found, options, clock);
     dump.complex("fair", &fair)?;
+    let sheets = clock.time("size", || Sheets::new(&fair));
+    if turn.is_last {
+        // A wrong number is told before anything is meshed.
+        wished::sheets_are_there(turn.sheets_before + sheets.count(), options)?;
+    }
+    let targets = clock.time("size", || {
+        let source = targets::Source {
+            brep,
+            pairing: &found.pairing,
+            walls: &medial,
+            complex: &fair,
+            sheets: &sheets,
+            sheets_before: turn.sheets_before,
+        };
+        Targets::new(&source, &sizing, options)
+    });
     let kinked = clock.time("kinks", || {
         let kinked = kinks::kinks(&fair, brep, &found.aag, &found.pairing, &medial)?;
         let parted = medial.paired(&found.aag, &kinked.pairing);
@@ -58,17 +87,17 @@ pub(super) fn mesh_solid(
     });
     let job = Job {
         sizing: &sizing,
-        shape: options.element,
+        options,
         dump: &dump,
     };
-    let plain = Middle::new(&medial, leaves);
+    let plain = Middle::new(&medial, leaves).aiming(&targets, None);
     let Halves { complex, diagonals } = match &kinked {
         None => {
             let clean = clock.time("clean", || job.clean(&fair, &plain));
             job.meshed(clean, &plain, clock)?
         }
         Some((kinked, parted)) => {
-            let parted = Middle::new(parted, leaves);
+            let parted = Middle::new(parted, leaves).aiming(&targets, Some(kinked));
             job.kinked_or_not(&fair, &plain, kinked, &parted, clock)?
         }
     };
@@ -81,6 +110,7 @@ pub(super) fn mesh_solid(
             quads::pair_quads(&mesh, &diagonals, shape, &options.profile)
         }),
     };
+    let mesh = clock.time("shell", || sheets.in_order(mesh));
     let solid = SolidReport::new(&piece.brep, &as_read, sizing.target, &mesh);
     Ok((mesh, solid, without))
 }
@@ -108,7 +138,7 @@ impl<'a> Untangled<'a> {
         // Bevels are cut back when sheets are whole.
         walls.let_bevels_stand(true);
         let sizing = clock.time("size", || {
-            size::sizing(brep, &found.pairing, options.size, options.size_curvature).eased(
+            size::sizing(brep, &found.pairing, &wishes(options)).eased(
                 brep,
                 &found.pairing,
                 &|p, w| walls.curvature_radius(p, w),
@@ -132,11 +162,42 @@ impl<'a> Untangled<'a> {
 /// What meshing needs besides a complex and the surfaces that it lies on.
 struct Job<'a> {
     sizing: &'a Sizing,
-    shape: ElementShape,
+    options: &'a MeshOptions,
     dump: &'a Dump<'a>,
 }
 
+/// What the user wishes of sizes.
+fn wishes(options: &MeshOptions) -> Wishes {
+    Wishes {
+        size: options.size,
+        per_turn: options.size_curvature,
+        min: options.size_min,
+        max: options.size_max,
+        growth: options.growth,
+    }
+}
+
 impl Job<'_> {
+    fn remesh_options(&self) -> RemeshOptions {
+        let options = match self.options.element {
+            ElementShape::Triangle => RemeshOptions::default(),
+            ElementShape::Quad | ElementShape::Mixed => RemeshOptions::for_quads(),
+        };
+        RemeshOptions {
+            gradation: self.options.growth.unwrap_or(options.gradation),
+            least: self.options.size_min.unwrap_or(options.least),
+            ..options
+        }
+    }
+
+    fn layout(&self, pattern: Pattern) -> Layout {
+        let layout = Layout::from(pattern);
+        Layout {
+            growth: self.options.growth.unwrap_or(layout.growth),
+            ..layout
+        }
+    }
+
     fn clean(&self, fair: &MidComplex, middle: &Middle<'_>) -> MidComplex {
         tidy::clean(fair.clone(), self.sizing, middle)
     }
@@ -151,17 +212,14 @@ impl Job<'_> {
         let Self { sizing, dump, .. } = self;
         let (field, placer) = (middle.field(sizing), middle.placer());
         dump.complex("clean", &clean)?;
-        let options = match self.shape {
-            ElementShape::Triangle => RemeshOptions::default(),
-            ElementShape::Quad | ElementShape::Mixed => RemeshOptions::for_quads(),
-        };
+        let options = self.remesh_options();
         let complex = clock.time("remesh", || {
             remesh::remesh(clean, &field, placer, &options).0
         });
         dump.complex("remeshed", &complex)?;
         let complex = clock.time("charts", || {
             let equal = |p: DVec3, w: WallId| Lengths::equal(field(p, w));
-            charts::mesh_charts(&complex, Pattern::Triangles, &equal, placer).complex
+            charts::mesh_charts(&complex, self.layout(Pattern::Triangles), &equal, placer).complex
         });
         dump.complex("charted", &complex)?;
         let complex = clock.time("polish", || {
@@ -185,14 +243,15 @@ impl Job<'_> {
             complex,
             diagonals: Vec::new(),
         };
-        if self.shape == ElementShape::Triangle {
+        if self.options.element == ElementShape::Triangle {
             return Ok(plain(complex));
         }
         let placer = middle.placer();
-        let lengths = middle.lengths(self.sizing);
+        let lengths = middle.lengths(self.sizing, self.options.size_min.unwrap_or(0.0));
         let squares = clock.time("charts", || {
             let even = respace::respace(complex.clone(), &lengths, placer);
-            let squares = charts::mesh_charts(&even, Pattern::Squares, &lengths, placer).complex;
+            let layout = self.layout(Pattern::Squares);
+            let squares = charts::mesh_charts(&even, layout, &lengths, placer).complex;
             if folds(&squares) == 0 {
                 return squares;
             }

@@ -42,6 +42,24 @@ pub enum Pattern {
     Squares,
 }
 
+/// How new nodes are laid, and how fast their distances grow.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Layout {
+    /// Triangles or squares.
+    pub pattern: Pattern,
+    /// Distances from one row to the next differ by this factor at most.
+    pub growth: f64,
+}
+
+impl From<Pattern> for Layout {
+    fn from(pattern: Pattern) -> Self {
+        Self {
+            pattern,
+            growth: front::GRADING,
+        }
+    }
+}
+
 /// Why a patch keeps its old triangles.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum MeshError {
@@ -78,9 +96,6 @@ pub enum MeshError {
     NoCross,
 }
 
-/// Most growth of squares from one row to the next.
-const SQUARE_GRADING: f64 = 1.4;
-
 /// A front makes at most this many times the points that a patch's area and border call for.
 const CROWDED: f64 = 4.0;
 
@@ -91,10 +106,11 @@ const CROWDED: f64 = 4.0;
 pub fn triangulate(
     patch: &Patch,
     chart: &Chart,
-    pattern: Pattern,
+    layout: impl Into<Layout>,
     lengths: &LengthField,
     placer: &dyn Placer,
 ) -> Result<PatchMesh, MeshError> {
+    let Layout { pattern, growth } = layout.into();
     let folds = chart.check(patch).len();
     if folds > 0 {
         return Err(MeshError::Folded(folds));
@@ -102,7 +118,7 @@ pub fn triangulate(
     let surface = Surface::new(patch, chart);
     let fixed = FixedParts::new(patch);
     let wanted = |p| lengths(p, patch.wall);
-    let sizes = Sizes::new(patch, &|p| wanted(p).across, front::GRADING - 1.0);
+    let sizes = Sizes::new(patch, &|p| wanted(p).across, growth - 1.0);
     let mut points = fixed.points(patch, chart, &sizes);
     points
         .iter_mut()
@@ -112,7 +128,7 @@ pub fn triangulate(
         Pattern::Squares => {
             let edges = fixed.corner_edges();
             let cross = Cross::new(&surface, &edges).ok_or(MeshError::NoCross)?;
-            let squares = Directed::new(patch, cross, &wanted, &edges, SQUARE_GRADING - 1.0);
+            let squares = Directed::new(patch, cross, &wanted, &edges, growth - 1.0);
             Some(squares.ok_or(MeshError::NoCross)?)
         }
     };
@@ -125,7 +141,10 @@ pub fn triangulate(
         &surface,
         &points,
         &fixed.edges(),
-        &|spot| sizes.at(spot),
+        &front::Wanted {
+            at: &|spot| sizes.at(spot),
+            growth,
+        },
         squares.as_ref(),
         most,
     )

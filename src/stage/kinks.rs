@@ -55,10 +55,15 @@ impl Kinked {
     /// A complex made from this one, with the pieces of each wall one wall again.
     pub fn joined(&self, mut complex: MidComplex) -> MidComplex {
         for t in complex.triangles.as_mut_slice() {
-            t.wall = self.parents.get(&t.wall).copied().unwrap_or(t.wall);
+            t.wall = self.whole(t.wall);
         }
         complex.support_by_walls();
         complex
+    }
+
+    /// The wall that a piece is of; a wall that is whole itself.
+    pub fn whole(&self, piece: WallId) -> WallId {
+        self.parents.get(&piece).copied().unwrap_or(piece)
     }
 }
 

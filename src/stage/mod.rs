@@ -23,10 +23,12 @@ pub mod reach;
 pub mod remesh;
 pub mod respace;
 pub mod role;
+pub mod sheets;
 pub mod shell;
 pub mod size;
 pub mod unite;
 pub mod widen;
+pub mod width;
 
 #[cfg(test)]
 pub(crate) mod test_shapes;

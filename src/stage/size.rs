@@ -37,6 +37,8 @@ const MOST_BENT: f64 = 2.0;
 /// A complex may ask for so many triangles, as a multiple of the same, before its shortest edges are made longer: threads that were drawn have walls of a hundredth of the part's, and sheets
 /// that are carried on between them asked for two million triangles.
 const MOST_ASKED: f64 = 3.0;
+/// Growth of sizes, length per length, as the mesh has it.
+const GROWTH: f64 = 0.3;
 /// Halvings of the range between the two: the count is an estimate, and a thirtieth of the range is finer than that.
 const HALVINGS: usize = 5;
 /// Halvings of the target for the shortest edge: a thousandth of it.
@@ -55,23 +57,43 @@ pub struct Sizing {
     pub per_turn: Option<f64>,
     /// Curvature alone asks for no edges shorter than this share of the thickness.
     pub shortest: f64,
-    /// Nothing asks for edges shorter than this, mm; zero unless there would be too many.
+    /// Nothing asks for edges shorter than this, mm; zero unless the user said so or there would be too many.
     pub least: f64,
+    /// How fast sizes grow away from short ones, length per length.
+    pub growth: f64,
 }
 
-/// The sizing of one solid; `size` and `per_turn` are the user's wishes.
-pub fn sizing(brep: &Brep, pairing: &Pairing, size: Option<f64>, per_turn: Option<f64>) -> Sizing {
-    let target = size.unwrap_or_else(|| {
+/// What the user wishes of sizes; what he leaves open the part decides.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Wishes {
+    /// Edge length on flat walls, mm.
+    pub size: Option<f64>,
+    /// Edges in a full turn of a curved wall.
+    pub per_turn: Option<f64>,
+    /// No shorter edges, mm.
+    pub min: Option<f64>,
+    /// No longer edges, mm.
+    pub max: Option<f64>,
+    /// Neighbouring edges differ by this factor at most.
+    pub growth: Option<f64>,
+}
+
+/// The sizing of one solid.
+pub fn sizing(brep: &Brep, pairing: &Pairing, wishes: &Wishes) -> Sizing {
+    let target = wishes.size.unwrap_or_else(|| {
         let fewest = (brep.area() / 2.0 / (MOST_TRIANGLES * 3f64.sqrt() / 4.0)).sqrt();
         (THICKNESSES * typical_thickness(pairing))
             .min(COARSEST * brep.diagonal())
             .max(fewest)
+            .min(wishes.max.unwrap_or(f64::INFINITY))
+            .max(wishes.min.unwrap_or(0.0))
     });
     Sizing {
         target,
-        per_turn,
+        per_turn: wishes.per_turn,
         shortest: SHORTEST,
-        least: 0.0,
+        least: wishes.min.unwrap_or(0.0),
+        growth: wishes.growth.map_or(GROWTH, |factor| factor - 1.0),
     }
 }
 
@@ -132,10 +154,11 @@ impl Sizing {
             return self;
         }
         let count = Count::new(brep, pairing, radius);
-        let flat = count.triangles(|_, _| self.target);
+        let flat = count.triangles(self.growth, |_, _| self.target);
         let most = MOST_BENT * flat.max(MOST_TRIANGLES);
         let with = |shortest: f64| Self { shortest, ..self };
-        let fits = |shortest: f64| count.triangles(|r, t| with(shortest).at(r, t)) <= most;
+        let fits =
+            |shortest: f64| count.triangles(self.growth, |r, t| with(shortest).at(r, t)) <= most;
         if fits(self.shortest) {
             return self;
         }
@@ -177,7 +200,7 @@ impl Sizing {
             }
         }
         Self {
-            least: high,
+            least: high.max(self.least),
             ..self
         }
     }

@@ -36,7 +36,9 @@ const MAY_NAME: &[(&str, &[&str])] = &[
     ("export", &["model", "geom"]),
     // Readers of shell meshes; that of STL is import's.
     ("read", &["model", "import"]),
-    ("criteria", &["model"]),
+    ("toml_text", &[]),
+    ("criteria", &["model", "toml_text"]),
+    ("size_file", &["model", "toml_text"]),
     ("doctor", &["import", "options", "exit_class"]),
     (
         "pipeline",
@@ -69,6 +71,7 @@ const MAY_NAME: &[(&str, &[&str])] = &[
             "doctor",
             "export",
             "criteria",
+            "size_file",
             "model",
         ],
     ),
@@ -82,7 +85,7 @@ const FOREIGN_HOMES: [(&str, &str); 7] = [
     ("wgpu", "gpu"),
     ("nix", "pipeline::memory"),
     ("flate2", "read::vtu_array"),
-    ("toml", "criteria"),
+    ("toml", "toml_text"),
 ];
 
 /// Parts of std that only some modules may name.

@@ -59,6 +59,14 @@ fn rank(size: f64) -> i32 {
     (2.0 * size.log2()).floor() as i32
 }
 
+/// The wanted edge lengths.
+pub(super) struct Wanted<'a> {
+    /// At a spot, mm.
+    pub at: &'a dyn Fn(&Spot) -> f64,
+    /// From one row to the next they differ by this factor at most.
+    pub growth: f64,
+}
+
 /// New points for the inside. `fixed` are the points already there, `edges` the fixed edges (as positions in `fixed`), with a mark whether
 /// both sides of the edge are inside; `size` tells the wanted edge length, mm, at a spot. With `squares` these are laid, along a cross field, else equilateral triangles.
 /// `None` where they would be more than `most`.
@@ -66,7 +74,7 @@ pub(super) fn seeds(
     surface: &Surface,
     fixed: &[Point],
     edges: &[([u32; 2], bool)],
-    size: &dyn Fn(&Spot) -> f64,
+    size: &Wanted,
     squares: Option<&Directed>,
     most: usize,
 ) -> Option<Vec<Point>> {
@@ -125,7 +133,7 @@ pub(super) fn seeds(
 
 struct Front<'a> {
     surface: &'a Surface<'a>,
-    size: &'a dyn Fn(&Spot) -> f64,
+    size: &'a Wanted<'a>,
     squares: Option<&'a Directed<'a>>,
     points: Vec<Point>,
     grid: Grid,
@@ -147,7 +155,7 @@ impl Front<'_> {
         };
         let along = self.surface.push(spot.triangle, q - p);
         let length = along.length();
-        let wanted = graded((self.size)(&spot), length);
+        let wanted = self.size.graded(&spot, length);
         let height = (wanted * wanted - length * length / 4.0)
             .max(length * length / 4.0)
             .sqrt();
@@ -201,11 +209,12 @@ impl Front<'_> {
         };
         let (size, crowded) = match self.squares {
             None => {
-                let mut size = graded((self.size)(&spot), parent);
+                let mut size = self.size.graded(&spot, parent);
                 let reach = size / shrink;
                 for i in self.grid.near(place, reach) {
                     // A step of one size changes it by the grading at most.
-                    let most = self.points[i as usize].size + (GRADING - 1.0) * vector(i).length();
+                    let most = self.points[i as usize].size
+                        + (self.size.growth - 1.0) * vector(i).length();
                     size = size.min(most);
                 }
                 let size = self.surface.snap.value(size);
@@ -248,11 +257,14 @@ impl Front<'_> {
     }
 }
 
-/// The wanted size, not too far from the neighbouring one; that one where no size is told.
-fn graded(wanted: f64, near: f64) -> f64 {
-    if wanted.is_finite() && wanted > 0.0 {
-        wanted.clamp(near / GRADING, near * GRADING)
-    } else {
-        near
+impl Wanted<'_> {
+    /// The wanted size, not too far from the neighbouring one; that one where no size is told.
+    fn graded(&self, spot: &Spot, near: f64) -> f64 {
+        let wanted = (self.at)(spot);
+        if wanted.is_finite() && wanted > 0.0 {
+            wanted.clamp(near / self.growth, near * self.growth)
+        } else {
+            near
+        }
     }
 }

@@ -3,6 +3,7 @@
 //! Without such a record each removal is judged against the last state only, and a circle shrinks a little with every round.
 
 use super::shape::distance_to_segment;
+use super::split::LONGEST;
 use super::strata::{Chain, walk};
 use super::surface::{Class, Surface};
 use crate::model::ids::{Id, IndexVec, NodeId};
@@ -79,6 +80,8 @@ pub(super) struct GuideRules<'a> {
     pub onto: Option<&'a dyn Fn([NodeId; 2], DVec3) -> DVec3>,
     /// How fast sizes may grow along the curve, length per length.
     pub growth: f64,
+    /// The length of edges that may leave the curve as far as they must, mm.
+    pub least: f64,
 }
 
 /// All feature curves, and where the curve nodes lie on them.
@@ -317,7 +320,7 @@ impl Guide {
         for i in 1..points.len() {
             arc[i] = arc[i - 1] + points[i].distance(points[i - 1]);
         }
-        let slack: Vec<f64> = owners.iter().map(|&n| (rules.slack)(n)).collect();
+        let mut slack: Vec<f64> = owners.iter().map(|&n| (rules.slack)(n)).collect();
         let round = if chain.closed {
             &points[..points.len() - 1]
         } else {
@@ -332,6 +335,7 @@ impl Guide {
             let back = walk(round, chain.closed, k, false, far);
             let ahead = walk(round, chain.closed, k, true, far);
             let radius = circumradius(round[back], round[k], round[ahead]);
+            slack[i] = slack[i].max(sag_of_least(rules.least, radius));
             let turn = std::f64::consts::TAU * radius / rules.segments;
             let sag = (8.0 * radius * slack[i]).sqrt();
             limit[i] = turn.min(sag).max((rules.floor)(owners[i]));
@@ -393,6 +397,11 @@ impl Guide {
         };
         (i, f)
     }
+}
+
+/// How far the longest edge that is still one of length `least` leaves a bend of this radius; nothing leaves a curve by more than half of it.
+fn sag_of_least(least: f64, radius: f64) -> f64 {
+    ((LONGEST * least).powi(2) / (8.0 * radius)).min(least / 2.0)
 }
 
 /// Appends points of the curve between two of its points, until chords leave it by less than `fine`.

@@ -84,6 +84,8 @@ pub struct RemeshOptions {
     pub segments_per_turn: f64,
     /// Neighbouring sizes differ by this factor at most. 1.3 by default.
     pub gradation: f64,
+    /// No bend of a curve or a wall and no narrow place asks for shorter edges, mm; curves may be left by as much as such edges leave them. Zero by default.
+    pub least: f64,
 }
 
 impl Default for RemeshOptions {
@@ -94,6 +96,7 @@ impl Default for RemeshOptions {
             crease_angle: 50f64.to_radians(),
             segments_per_turn: 10.0,
             gradation: 1.3,
+            least: 0.0,
         }
     }
 }
@@ -298,10 +301,11 @@ fn trace(job: &mut Job, slack: &dyn Fn(NodeId) -> f64, reach: &dyn Fn(NodeId) ->
         &GuideRules {
             segments: job.options.segments_per_turn,
             slack,
-            floor: &|n| sizes::FLOOR * size[n],
+            floor: &|n| sizes::floor(job.options, size[n]),
             reach,
             onto: exact.then_some(&onto),
             growth: job.options.gradation - 1.0,
+            least: job.options.least,
         },
     );
     job.guides = guides;

@@ -1,5 +1,6 @@
 //! The wanted edge length at every node.
 
+use super::RemeshOptions;
 use super::job::{Job, SizeField};
 use super::surface::{Class, key};
 use crate::model::ids::{IndexVec, NodeId, WallId};
@@ -10,11 +11,16 @@ use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
 /// Bends and narrow places shrink the wanted length to this share at most: smaller than that they are not worth their elements.
-pub(super) const FLOOR: f64 = 0.3;
+const FLOOR: f64 = 0.3;
 /// A triangle over a narrow place or at a short curve has an edge this many times as long as the place is wide, at most.
 const NARROW: f64 = 1.6;
 /// Two curves that meet at a corner come near each other there by nature; no narrow place within so many widths of the corner.
 const NEAR_CORNER: f64 = 4.0;
+
+/// How far bends and narrow places may shrink a wanted length.
+pub(super) fn floor(options: &RemeshOptions, size: f64) -> f64 {
+    (FLOOR * size).max(options.least)
+}
 
 /// The size that field and curvature want at a place, for the walls that it was asked for.
 #[derive(Clone, Debug)]
@@ -28,7 +34,8 @@ pub(super) struct Asked {
 /// the answer is taken from there.
 pub(super) fn raw(job: &mut Job, field: SizeField) -> IndexVec<NodeId, f64> {
     let surface = &job.surface;
-    let segments = job.options.segments_per_turn;
+    let options = job.options;
+    let segments = options.segments_per_turn;
     let ids: Vec<NodeId> = surface.points.ids().collect();
     let asked: Vec<Asked> = ids
         .into_par_iter()
@@ -46,7 +53,7 @@ pub(super) fn raw(job: &mut Job, field: SizeField) -> IndexVec<NodeId, f64> {
                 if size > 0.0 {
                     let radius = job.placer.curvature_radius(point, wall);
                     let bend = std::f64::consts::TAU * radius / segments;
-                    least = least.min(size.min(bend.max(FLOOR * size)));
+                    least = least.min(size.min(bend.max(floor(options, size))));
                 }
             }
             Asked {
@@ -67,7 +74,7 @@ pub(super) fn renew(job: &mut Job, field: SizeField, narrow: bool) {
     let nodes: Vec<NodeId> = job.surface.live_nodes().collect();
     for &n in &nodes {
         if job.surface.class[n] != Class::Sheet {
-            size[n] = size[n].min(job.guides.limit(n).max(FLOOR * raw[n]));
+            size[n] = size[n].min(job.guides.limit(n).max(floor(job.options, raw[n])));
         }
     }
     if narrow {
@@ -78,7 +85,7 @@ pub(super) fn renew(job: &mut Job, field: SizeField, narrow: bool) {
             .collect();
         for (edge, width) in widths {
             for n in edge {
-                size[n] = size[n].min((NARROW * width).max(FLOOR * raw[n]));
+                size[n] = size[n].min((NARROW * width).max(floor(job.options, raw[n])));
             }
         }
     }

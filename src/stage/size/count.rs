@@ -11,9 +11,6 @@ use rayon::prelude::*;
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
-/// Growth of sizes, length per length, as the mesh has it.
-const GROWTH: f64 = 0.3;
-
 /// A facet on a side of a wall.
 struct Piece {
     corners: [VertexId; 3],
@@ -75,8 +72,8 @@ impl Count {
         Self { pieces, near }
     }
 
-    /// How many triangles there will be where the edge length wanted is `size(radius, thickness)`, mm.
-    pub fn triangles(&self, size: impl Fn(f64, f64) -> f64) -> f64 {
+    /// How many triangles there will be where the edge length wanted is `size(radius, thickness)`, mm, and grows away from short ones by `growth`, length per length.
+    pub fn triangles(&self, growth: f64, size: impl Fn(f64, f64) -> f64) -> f64 {
         let mut sizes = IndexVec::<VertexId, f64>::filled(f64::INFINITY, self.near.len());
         for piece in &self.pieces {
             let wanted = size(piece.radius, piece.thickness);
@@ -84,7 +81,7 @@ impl Count {
                 sizes[v] = sizes[v].min(wanted);
             }
         }
-        self.grade(&mut sizes);
+        self.grade(growth, &mut sizes);
         (self.pieces.iter())
             .map(|piece| {
                 let mean = piece.corners.iter().map(|&v| sizes[v]).sum::<f64>() / 3.0;
@@ -95,7 +92,7 @@ impl Count {
     }
 
     /// Lowers sizes until none exceeds a neighbour's by more than the growth (Dijkstra).
-    fn grade(&self, sizes: &mut IndexVec<VertexId, f64>) {
+    fn grade(&self, growth: f64, sizes: &mut IndexVec<VertexId, f64>) {
         // Sizes are positive, so that their bits have their order.
         let mut heap: BinaryHeap<Reverse<(u64, VertexId)>> = (sizes.enumerated())
             .filter(|(_, s)| s.is_finite())
@@ -106,7 +103,7 @@ impl Count {
                 continue;
             }
             for &(w, length) in &self.near[v] {
-                let most = sizes[v] + GROWTH * length;
+                let most = sizes[v] + growth * length;
                 if most < sizes[w] {
                     sizes[w] = most;
                     heap.push(Reverse((most.to_bits(), w)));

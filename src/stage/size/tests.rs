@@ -21,7 +21,15 @@ fn pairing(pairs: &[(f64, f64)]) -> Pairing {
 #[test]
 fn a_wish_is_taken_as_it_is() {
     let brep = box_brep(DVec3::new(100.0, 60.0, 3.0));
-    let found = sizing(&brep, &pairing(&[(3.0, 6000.0)]), Some(7.5), Some(24.0));
+    let found = sizing(
+        &brep,
+        &pairing(&[(3.0, 6000.0)]),
+        &Wishes {
+            size: Some(7.5),
+            per_turn: Some(24.0),
+            ..Wishes::default()
+        },
+    );
     assert_eq!((found.target, found.per_turn), (7.5, Some(24.0)));
 }
 
@@ -29,7 +37,7 @@ fn a_wish_is_taken_as_it_is() {
 fn without_a_wish_three_thicknesses_within_bounds() {
     let size = |x: f64, y: f64, t: f64| {
         let brep = box_brep(DVec3::new(x, y, t));
-        let target = sizing(&brep, &pairing(&[(t, x * y)]), None, None).target;
+        let target = sizing(&brep, &pairing(&[(t, x * y)]), &Wishes::default()).target;
         (target, brep)
     };
     // A plate of 40 x 30 elements of three thicknesses and more: the thickness decides.
@@ -41,6 +49,44 @@ fn without_a_wish_three_thicknesses_within_bounds() {
     let (target, brep) = size(3000.0, 3000.0, 1.0);
     let triangles = brep.area() / 2.0 / (target * target * 3f64.sqrt() / 4.0);
     assert!((triangles - 40_000.0).abs() < 1.0, "{triangles}");
+}
+
+#[test]
+fn bounds_hold_for_what_the_part_decides_and_for_bends() {
+    let brep = box_brep(DVec3::new(200.0, 150.0, 1.0));
+    let with = |min: Option<f64>, max: Option<f64>| {
+        let wishes = Wishes {
+            min,
+            max,
+            ..Wishes::default()
+        };
+        sizing(&brep, &pairing(&[(1.0, 3e4)]), &wishes)
+    };
+    // Three thicknesses by itself; half of one, less what evenness takes, where it bends sharply.
+    assert!((with(None, None).target - 3.0).abs() < 1e-12);
+    assert!(with(None, None).at(1e-6, 1.0) < 0.5);
+    assert_eq!(with(Some(5.0), None).target, 5.0);
+    assert_eq!(with(None, Some(2.0)).target, 2.0);
+    assert_eq!(with(Some(2.0), Some(4.0)).at(1e-6, 1.0), 2.0);
+    assert_eq!(with(Some(2.0), Some(4.0)).at_step(1e-6, 1.0), 2.0);
+    // What is too much keeps at least the user's bound.
+    let bounded = with(Some(2.0), None).afforded(&[(1e6, 3.0), (1e5, 0.01)]);
+    assert!(bounded.least >= 2.0);
+    // A place with a finer size of its own keeps that.
+    let place = Sizing {
+        target: 1.0,
+        ..bounded
+    };
+    assert_eq!(place.at(f64::INFINITY, 1.0), 1.0);
+}
+
+#[test]
+fn slow_growth_makes_more_triangles() {
+    let brep = box_brep(DVec3::new(100.0, 100.0, 1.0));
+    let pairing = one_wall(&brep, 1.0);
+    let count = Count::new(&brep, &pairing, &|p, _| if p.x < 40.0 { 0.1 } else { 1e9 });
+    let of = |growth: f64| count.triangles(growth, |r, _| if r < 1.0 { 0.5 } else { 9.0 });
+    assert!(of(0.05) > of(0.3) && of(0.3) >= of(1.0));
 }
 
 #[test]
@@ -56,7 +102,7 @@ fn sizes_scale_with_the_part() {
     for scale in [1e-3, 1e3] {
         let of = |s: f64| {
             let brep = box_brep(DVec3::new(200.0, 150.0, 1.0) * s);
-            sizing(&brep, &pairing(&[(s, 3e4 * s * s)]), None, None).target
+            sizing(&brep, &pairing(&[(s, 3e4 * s * s)]), &Wishes::default()).target
         };
         assert!((of(scale) / of(1.0) / scale - 1.0).abs() < 1e-12);
     }
@@ -69,6 +115,7 @@ fn on_curves_the_chord_stays_near_or_the_turn_is_divided() {
         per_turn,
         shortest: SHORTEST,
         least: 0.0,
+        growth: GROWTH,
     };
     // The sagitta of a chord h on radius R is h²/8R to first order.
     let h = sizing(None).at(50.0, 2.0) / EVENNESS;
@@ -88,6 +135,7 @@ fn at_a_step_edges_are_shorter_than_in_a_bend_of_that_radius() {
         per_turn,
         shortest,
         least: 0.0,
+        growth: GROWTH,
     };
     let own = with(None, SHORTEST);
     // The parabola's radius is twice its distance from the inner edge, about the thickness.
@@ -127,7 +175,15 @@ fn bends_are_eased_only_where_they_would_be_too_many() {
     let eased = |side: f64, radius: f64, per_turn: Option<f64>| {
         let brep = box_brep(DVec3::new(side, side, 1.0));
         let pairing = one_wall(&brep, 1.0);
-        let sizing = sizing(&brep, &pairing, Some(5.0), per_turn);
+        let sizing = sizing(
+            &brep,
+            &pairing,
+            &Wishes {
+                size: Some(5.0),
+                per_turn,
+                ..Wishes::default()
+            },
+        );
         sizing.eased(&brep, &pairing, &|_, _| radius)
     };
     // 100 x 100 at half a thickness are some 1e5 triangles and more than the budget; 50 x 50 a quarter of that.
@@ -151,6 +207,7 @@ fn an_eased_quarter_turn_has_two_edges_where_that_is_no_shorter_than_the_least()
         per_turn: None,
         shortest: EASED,
         least: 0.0,
+        growth: GROWTH,
     };
     let quarter = 0.8 * std::f64::consts::FRAC_PI_2;
     assert!(eased.at(0.8, 1.0) <= EVENNESS * quarter / 2.0 + 1e-12);
@@ -165,6 +222,7 @@ fn what_asks_for_too_many_triangles_gets_longer_edges_there_and_nowhere_else() {
         per_turn: None,
         shortest: SHORTEST,
         least: 0.0,
+        growth: GROWTH,
     };
     // A hundredth of the part asks for edges of a hundredth: the most that may come of it are three times the finest default.
     let most = MOST_ASKED * MOST_TRIANGLES;
