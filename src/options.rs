@@ -6,6 +6,7 @@
 use crate::model::element_shape::{ElementShape, UnknownShape};
 use crate::model::length_unit::{LengthUnit, UnknownUnit};
 use crate::model::profile::{Profile, ProfileFault};
+use crate::model::washer::{BareHole, WasherFault, WasherRequest};
 use std::path::PathBuf;
 use std::time::Duration;
 
@@ -23,6 +24,8 @@ pub struct MeshOptions {
     pub size_curvature: Option<f64>,
     /// Which elements.
     pub element: ElementShape,
+    /// Rings of quads round holes.
+    pub washer: WasherRequest,
     /// Unit of lengths in files that name none (STL, OBJ, PLY). None: mm.
     pub unit: Option<LengthUnit>,
     /// The gmsh command. None: the importer looks for one.
@@ -41,6 +44,7 @@ impl Default for MeshOptions {
             size: None,
             size_curvature: None,
             element: ElementShape::default(),
+            washer: WasherRequest::default(),
             unit: None,
             gmsh: None,
             time_limit: TIME_LIMIT,
@@ -78,9 +82,23 @@ pub enum OptionFault {
     /// A unit that we do not know.
     #[error(transparent)]
     Unit(#[from] UnknownUnit),
+    /// Washers that mean nothing.
+    #[error(transparent)]
+    Washer(#[from] WasherFault),
+    /// Washers in a mesh of triangles.
+    #[error("washers are rings of quads, but the elements are to be triangles")]
+    WasherShape,
+    /// The width asked for is more than there is room for round these holes.
+    #[error("a washer is wider than the room for it\n{}", lines(.0))]
+    WasherRoom(Vec<BareHole>),
     /// Criteria that mean nothing.
     #[error(transparent)]
     Profile(#[from] ProfileFault),
+}
+
+fn lines(holes: &[BareHole]) -> String {
+    let lines: Vec<String> = holes.iter().map(ToString::to_string).collect();
+    lines.join("\n")
 }
 
 /// Three chords are the fewest that still go round something.
@@ -102,6 +120,9 @@ impl OptionFault {
             OptionFault::TimeLimit => {
                 "give the seconds of processor time that reading and filling the part may take, such as --time-limit 300".into()
             }
+            OptionFault::Washer(fault) => fault.remedy().into(),
+            OptionFault::WasherShape => "add --element quad, or --element mixed".into(),
+            OptionFault::WasherRoom(_) => "give a smaller --washer-width, or leave it out: then each washer is as wide as it can be; or fewer rings, or a range --washer-holes without these holes".into(),
             OptionFault::Shape(_) => {
                 let names: Vec<&str> = ElementShape::NAMED.iter().map(|n| n.0).collect();
                 format!("choose one of: {}", names.join(", "))
@@ -132,6 +153,12 @@ impl MeshOptions {
         }
         if self.time_limit.is_zero() {
             return Err(OptionFault::TimeLimit);
+        }
+        if let Some(fault) = self.washer.check() {
+            return Err(fault.into());
+        }
+        if self.washer.is_wanted() && self.element == ElementShape::Triangle {
+            return Err(OptionFault::WasherShape);
         }
         match self.profile.check().into_iter().next() {
             Some(fault) => Err(fault.into()),

@@ -8,6 +8,7 @@ use midshell::model::element_shape::ElementShape;
 use midshell::model::length_unit::LengthUnit;
 use midshell::model::metric::{QUAD_METRICS, TRIANGLE_METRICS, bare};
 use midshell::model::profile::Profile;
+use midshell::model::washer::WasherRequest;
 use midshell::options::MeshOptions;
 use std::path::PathBuf;
 use std::time::Duration;
@@ -105,6 +106,8 @@ pub struct MeshArgs {
     /// The elements to make [default: tri]
     #[arg(long, value_parser = shapes())]
     pub element: Option<String>,
+    #[command(flatten)]
+    pub washers: WasherArgs,
     #[arg(long, value_name = "F", help = format_help())]
     pub format: Option<String>,
     #[command(flatten)]
@@ -121,6 +124,24 @@ pub struct MeshArgs {
     #[command(flatten)]
     pub source: SourceArgs,
 }
+
+/// Rings of quads round holes.
+#[derive(Args, Debug)]
+pub struct WasherArgs {
+    /// Rings of quads round the holes of bolts, as many quads in each [default: 0]
+    #[arg(long, value_name = "N")]
+    pub washer: Option<u32>,
+    /// Diameters of the holes that get a washer, in mm, from and to [default: round holes of up to four edge lengths]
+    #[arg(long, value_name = "MIN..MAX", allow_hyphen_values = true, value_parser = range)]
+    pub washer_holes: Option<Range>,
+    /// Width of one ring, in mm; what does not fit is an error [default: the washer twice as wide as its hole, a ring no wider than an element, less where room is scarce]
+    #[arg(long, value_name = "W", allow_hyphen_values = true)]
+    pub washer_width: Option<f64>,
+}
+
+/// From and to.
+#[derive(Clone, Copy, Debug)]
+pub struct Range(pub [f64; 2]);
 
 /// What elements are held against.
 #[derive(Args, Debug)]
@@ -194,6 +215,7 @@ impl MeshArgs {
             size: self.size,
             size_curvature: self.size_curvature,
             dump: self.dump.clone(),
+            washer: self.washers.request(),
             ..self.source.run.options()
         };
         // clap let only known names through.
@@ -201,6 +223,20 @@ impl MeshArgs {
             options.element = shape;
         }
         options
+    }
+}
+
+impl WasherArgs {
+    fn request(&self) -> WasherRequest {
+        let mut request = WasherRequest {
+            holes: self.washer_holes.map(|r| r.0),
+            width: self.washer_width,
+            ..WasherRequest::default()
+        };
+        if let Some(layers) = self.washer {
+            request.layers = layers;
+        }
+        request
     }
 }
 
@@ -227,6 +263,15 @@ fn shapes() -> PossibleValuesParser {
 
 fn units() -> PossibleValuesParser {
     PossibleValuesParser::new(LengthUnit::NAMED.iter().map(|(name, _)| *name))
+}
+
+fn range(text: &str) -> Result<Range, String> {
+    let number = |part: &str| part.trim().parse::<f64>().ok();
+    let ends = text.split_once("..").map(|(a, b)| [number(a), number(b)]);
+    match ends {
+        Some([Some(from), Some(to)]) => Ok(Range([from, to])),
+        _ => Err("not a range such as 4..12".into()),
+    }
 }
 
 fn seconds(text: &str) -> Result<Duration, String> {
@@ -304,7 +349,7 @@ mod tests {
 
     #[test]
     fn every_choice_reaches_the_library() {
-        let line = "midshell mesh a.step -o a.inp --size -2.5 --size-curvature 24 --element quad --unit in --gmsh /g --time-limit 1.5 --dump d";
+        let line = "midshell mesh a.step -o a.inp --size -2.5 --size-curvature 24 --element quad --washer 2 --washer-holes 4..12.5 --washer-width 1.5 --unit in --gmsh /g --time-limit 1.5 --dump d";
         let cli = Cli::try_parse_from(line.split(' ')).unwrap();
         let Verb::Mesh(args) = cli.command else {
             panic!("not mesh")
@@ -313,6 +358,11 @@ mod tests {
             size: Some(-2.5),
             size_curvature: Some(24.0),
             element: ElementShape::Quad,
+            washer: WasherRequest {
+                layers: 2,
+                holes: Some([4.0, 12.5]),
+                width: Some(1.5),
+            },
             unit: Some(LengthUnit::Inch),
             gmsh: Some("/g".into()),
             time_limit: Duration::from_millis(1500),
@@ -320,6 +370,16 @@ mod tests {
             ..MeshOptions::default()
         };
         assert_eq!(args.options(), want);
+    }
+
+    #[test]
+    fn what_is_no_range_is_refused() {
+        for good in ["4..12", "4 .. 12", "-1..0.5", "12..4"] {
+            assert!(range(good).is_ok(), "{good}");
+        }
+        for bad in ["", "4", "4-12", "..", "4..", "..12", "a..b", "4..8..12"] {
+            assert!(range(bad).is_err(), "{bad}");
+        }
     }
 
     #[test]
@@ -337,6 +397,9 @@ mod tests {
         assert!(help.contains(&profile), "{profile} not in\n{help}");
         let limit = format!("by the clock [default: {}]", defaults.time_limit.as_secs());
         assert!(help.contains(&limit), "{limit} not in\n{help}");
+        let rings = format!("quads in each [default: {}]", defaults.washer.layers);
+        assert!(help.contains(&rings), "{rings} not in\n{help}");
+        assert!(help.contains("up to four edge lengths") && WasherRequest::HOLE_SIZES == 4.0);
         let unit = format!("names none [default: {}]", LengthUnit::default());
         assert!(help.contains(&unit), "{unit} not in\n{help}");
     }

@@ -1,16 +1,17 @@
 //! Where feature curves have corners: the ends of what may slide along a curve or be divided anew.
 
-use crate::model::complex::{MidComplex, ends};
+use crate::model::complex::{MidComplex, ends, pin};
 use crate::model::ids::NodeId;
 
 /// A curve has a corner where it turns more than this: less is a bend divided coarsely.
 const CORNER_RAD: f64 = 35.0 * std::f64::consts::PI / 180.0;
 
-/// Whether a node with these two neighbours on a feature curve lies within it: the curve goes on smoothly there, and no edge of the solid says that there is a corner.
+/// Whether a node with these two neighbours on a feature curve lies within it: the curve goes on smoothly there, no edge of the solid says that there is a corner, and it has no place of its own.
 pub fn is_within_curve(complex: &MidComplex, node: NodeId, [before, after]: [NodeId; 2]) -> bool {
     let [a, here, b] = [before, node, after].map(|n| complex.nodes[n].point);
     let turn = (here - a).angle_between(b - here);
-    turn < CORNER_RAD && ends(&complex.nodes[node].supports).count() < 2
+    let supports = &complex.nodes[node].supports;
+    turn < CORNER_RAD && ends(supports).count() < 2 && pin(supports).is_none()
 }
 
 #[cfg(test)]

@@ -1,6 +1,7 @@
 //! Shared mathematics: no topology, no files, no clocks.
 
 pub mod cdt;
+pub mod circle;
 pub mod curve_corner;
 pub mod kind;
 pub mod orient;

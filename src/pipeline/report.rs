@@ -6,6 +6,7 @@ use crate::model::brep::Brep;
 use crate::model::report::{AuditReport, QualityReport};
 use crate::model::shell::ShellMesh;
 use crate::model::walls::ThicknessPeak;
+use crate::model::washer::Washers;
 use crate::report_text;
 use serde::Serialize;
 use std::fmt;
@@ -28,6 +29,9 @@ pub struct SolidReport {
     pub size: f64,
     /// Least width of a wall, in thicknesses, that the chosen mid-surface was found with.
     pub least_width: f64,
+    /// The washers, where such are asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub washers: Option<Washers>,
 }
 
 impl SolidReport {
@@ -40,6 +44,7 @@ impl SolidReport {
             peaks: found.pairing.peaks.clone(),
             size,
             least_width: found.least_width,
+            washers: None,
         }
     }
 }
@@ -115,6 +120,9 @@ impl fmt::Display for RunReport {
                 s.size,
                 peaks.join(", ")
             )?;
+            if let Some(washers) = &s.washers {
+                f.write_str(&report_text::washers(washers))?;
+            }
         }
         if let (Some(audit), Some(quality)) = (&self.audit, &self.quality) {
             write!(f, "\n{}", report_text::render(audit, quality))?;

@@ -3,6 +3,7 @@
 use super::clock::Clock;
 use super::dump::Dump;
 use super::error::PipelineError;
+use super::halved::Meshed;
 use super::middle::Middle;
 use super::midsurface::{self, MidSurface};
 use super::report::SolidReport;
@@ -14,20 +15,16 @@ use crate::medial::Medial;
 use crate::model::brep::Brep;
 use crate::model::complex::MidComplex;
 use crate::model::element_shape::ElementShape;
-use crate::model::ids::WallId;
 use crate::model::shell::ShellMesh;
+use crate::model::washer::{NoWasher, WasherRequest, Washers};
 use crate::options::MeshOptions;
 use crate::stage::chart_mesh::Pattern;
 use crate::stage::kinks::{self, Kinked};
-use crate::stage::quads::{self, Halves};
+use crate::stage::quads;
 use crate::stage::remesh::{self, RemeshOptions};
 use crate::stage::size::{self, Sizing};
-use crate::stage::{balance, respace, shell};
-use glam::{DVec3, FloatExt};
+use crate::stage::{balance, shell, washers};
 use std::cell::OnceCell;
-
-/// Side of a square, where it bends much, over that of a triangle: the mesh leaves a bend by as much with both.
-const SQUARE_AT_BENDS: f64 = 0.75;
 
 /// The shell of one solid; quads where such are asked for.
 pub(super) fn mesh_solid(
@@ -56,10 +53,15 @@ pub(super) fn mesh_solid(
     let job = Job {
         sizing: &sizing,
         shape: options.element,
+        washers: &options.washer,
         dump: &dump,
     };
     let plain = Middle::new(&medial, leaves);
-    let Halves { complex, diagonals } = match &kinked {
+    let Meshed {
+        complex,
+        diagonals,
+        washers,
+    } = match &kinked {
         None => {
             let clean = clock.time("clean", || job.clean(&fair, &plain));
             job.meshed(clean, &plain, clock)?
@@ -78,8 +80,28 @@ pub(super) fn mesh_solid(
             quads::pair_quads(&mesh, &diagonals, shape, &options.profile)
         }),
     };
-    let solid = SolidReport::new(brep, &found, sizing.target, &mesh);
+    let mut solid = SolidReport::new(brep, &found, sizing.target, &mesh);
+    if options.washer.is_wanted() {
+        solid.washers = Some(standing(washers, &mesh));
+    }
     Ok((mesh, solid))
+}
+
+/// The washers that the mesh has in the end: it may have been mended since they were laid.
+fn standing(washers: Washers, mesh: &ShellMesh) -> Washers {
+    let stands = washers::standing(mesh, &washers.made);
+    let mut left = Washers {
+        left_out: washers.left_out,
+        ..Washers::default()
+    };
+    for (washer, stands) in washers.made.into_iter().zip(stands) {
+        if stands {
+            left.made.push(washer);
+        } else {
+            left.left_out.push(washer.bare(NoWasher::Unmeshed));
+        }
+    }
+    left
 }
 
 /// A mid-surface in order, with all that is asked of it from there on.
@@ -127,10 +149,11 @@ impl<'a> Untangled<'a> {
 }
 
 /// What meshing needs besides a complex and the surfaces that it lies on.
-struct Job<'a> {
-    sizing: &'a Sizing,
-    shape: ElementShape,
-    dump: &'a Dump<'a>,
+pub(super) struct Job<'a> {
+    pub sizing: &'a Sizing,
+    pub shape: ElementShape,
+    pub washers: &'a WasherRequest,
+    pub dump: &'a Dump<'a>,
 }
 
 impl Job<'_> {
@@ -144,7 +167,7 @@ impl Job<'_> {
         clean: MidComplex,
         middle: &Middle<'_>,
         clock: &mut Clock<'_>,
-    ) -> Result<Halves, PipelineError> {
+    ) -> Result<Meshed, PipelineError> {
         let Self { sizing, dump, .. } = self;
         let (field, placer) = (middle.field(sizing), middle.placer());
         dump.complex("clean", &clean)?;
@@ -164,62 +187,12 @@ impl Job<'_> {
             tidy::unfolded(remesh::polish(complex, &field, placer, &options), placer)
         });
         dump.complex("polished", &complex)?;
-        let Halves { complex, diagonals } = self.halved(complex, middle, clock)?;
-        let complex = clock.time("balance", || balance::balance(complex, middle.walls));
-        dump.complex("balanced", &complex)?;
-        Ok(Halves { complex, diagonals })
-    }
-
-    /// A meshed complex as halves of quads, where these are asked for.
-    fn halved(
-        &self,
-        complex: MidComplex,
-        middle: &Middle<'_>,
-        clock: &mut Clock<'_>,
-    ) -> Result<Halves, PipelineError> {
-        let plain = |complex| Halves {
-            complex,
-            diagonals: Vec::new(),
-        };
-        if self.shape == ElementShape::Triangle {
-            return Ok(plain(complex));
-        }
-        let (sizes, placer) = (middle.field(self.sizing), middle.placer());
-        // Where the wall bends, a square has to be smaller than a triangle to leave it as little: its diagonal is longer.
-        let target = self.sizing.target;
-        let field = |p: DVec3, w: WallId| {
-            let size = sizes(p, w);
-            size * SQUARE_AT_BENDS.lerp(1.0, (size / target).clamp(0.0, 1.0))
-        };
-        let squares = clock.time("charts", || {
-            let even = respace::respace(complex.clone(), &field, placer);
-            let squares = charts::mesh_charts(&even, Pattern::Squares, &field, placer).complex;
-            if folds(&squares) == 0 {
-                return squares;
-            }
-            // What is mended by contracting a curve may be odd again.
-            respace::respace(
-                connected(squares, |c| remesh::unfold(c, placer)),
-                &field,
-                placer,
-            )
+        let mut meshed = self.halved(complex, middle, clock)?;
+        meshed.complex = clock.time("balance", || {
+            balance::balance(meshed.complex, middle.walls)
         });
-        self.dump.complex("squares", &squares)?;
-        let halves = clock.time("quads", || {
-            let halves = quads::quads(squares, placer);
-            if folds(&halves.complex) == 0 {
-                return halves;
-            }
-            let mended = connected(halves.complex.clone(), |c| remesh::unfold(c, placer));
-            halves.changed_to(mended)
-        });
-        self.dump.complex("halves", &halves.complex)?;
-        // Where something folds the triangles are the better mesh.
-        Ok(if folds(&halves.complex) > folds(&complex) {
-            plain(complex)
-        } else {
-            halves
-        })
+        dump.complex("balanced", &meshed.complex)?;
+        Ok(meshed)
     }
 
     /// Meshed with the kinks cut; without them where that leaves folds and this does not: less exact at steps, but fit for a solver.
@@ -230,7 +203,7 @@ impl Job<'_> {
         kinked: &Kinked,
         parted: &Middle<'_>,
         clock: &mut Clock<'_>,
-    ) -> Result<Halves, PipelineError> {
+    ) -> Result<Meshed, PipelineError> {
         let uncut = OnceCell::new();
         let cleaned = || self.clean(fair, middle);
         let cut = clock.time("clean", || {
@@ -249,22 +222,28 @@ impl Job<'_> {
                 return self.meshed(uncut.clone(), middle, clock);
             }
         }
-        let Halves {
+        let Meshed {
             complex: cut,
             diagonals,
+            washers,
         } = self.meshed(cut, parted, clock)?;
         let cut = kinked.joined(cut);
         if !diagonals.is_empty() && folds(&cut) == 0 {
             let complex = cut;
-            return Ok(Halves { complex, diagonals });
+            return Ok(Meshed {
+                complex,
+                diagonals,
+                washers,
+            });
         }
         // What was parted at a kink has no neighbours there; joined, it may show a fold.
         let complex = clock.time("polish", || {
             connected(cut, |c| remesh::unfold(c, middle.placer()))
         });
-        let cut = Halves {
+        let cut = Meshed {
             complex,
             diagonals: Vec::new(),
+            washers,
         };
         if folds(&cut.complex) == 0 {
             return Ok(cut);

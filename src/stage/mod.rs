@@ -25,6 +25,7 @@ pub mod role;
 pub mod shell;
 pub mod size;
 pub mod unite;
+pub mod washers;
 pub mod widen;
 
 #[cfg(test)]

@@ -8,7 +8,7 @@
 //! many nodes are preferred, where one more is hardly seen.
 //!
 //! **In** a meshed complex. **Out** the same with other nodes on its feature curves.
-//! **Guarantees.** Topology, walls and corners stay; no triangle is folded by it; the same result for any number of threads.
+//! **Guarantees.** Topology, walls and corners stay, and edges between nodes with places of their own; no triangle is folded by it; the same result for any number of threads.
 //! **Limits.** A sheet whose parity no curve can change stays odd (a closed sheet never is), as may one where an edge cannot be contracted without a fold.
 //! **Cost.** O(n log n) for the edges; elimination over the sheets.
 
@@ -16,7 +16,7 @@ use crate::geom::curve_corner::is_within_curve;
 use crate::geom::orient::folded;
 use crate::geom::placer::{Placer, SizeField};
 use crate::model::complex::{
-    EdgeKind, MidComplex, MidEdge, MidNode, MidTriangle, Support, Supports,
+    EdgeKind, MidComplex, MidEdge, MidNode, MidTriangle, Support, Supports, pin,
 };
 use crate::model::ids::{IndexVec, NodeId, TriangleId};
 use glam::DVec3;
@@ -47,6 +47,13 @@ impl Curve {
         self.nodes.len() - 1
     }
 
+    /// Whether its ends have places of their own: then it is one edge, and stays it.
+    fn is_pinned(&self, complex: &MidComplex) -> bool {
+        let ends = [self.nodes.first(), self.nodes.last()];
+        let pinned = |n: &NodeId| pin(&complex.nodes[*n].supports).is_some();
+        ends.into_iter().flatten().all(pinned)
+    }
+
     /// How many it is to have.
     fn target(&self) -> usize {
         let closed = self.nodes.first() == self.nodes.last();
@@ -59,6 +66,8 @@ pub fn respace(complex: MidComplex, size: &SizeField, placer: &dyn Placer) -> Mi
     let edges = complex.edges();
     let sheet = complex.sheets(&edges);
     let mut curves = curves(&complex, &edges, &sheet);
+    // Between two nodes with places of their own nothing is divided.
+    curves.retain(|c| !c.is_pinned(&complex));
     let mut odd: Vec<u32> = sheet.iter().map(|t| t.0).collect();
     for curve in &mut curves {
         curve.want(&complex, size);

@@ -183,7 +183,7 @@ pub fn roughen(complex: MidComplex, forms: &Forms, splits: usize, noise: f64) ->
                 .filter(|x| s.supports[b].contains(x))
                 .collect();
             supports.retain(|x| match x {
-                Support::Face(_) | Support::Edge(_) => ring.len() == 1,
+                _ => ring.len() == 1,
                 Support::Mid(w) => ring.iter().any(|&t| s.triangle(t).wall == *w),
             });
             let p = forms.place(s.points[a].lerp(s.points[b], f), &supports);
