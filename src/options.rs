@@ -96,9 +96,14 @@ pub enum OptionFault {
     Profile(#[from] ProfileFault),
 }
 
+/// Holes that an error tells one by one: enough to see what they have in common.
+const TOLD: usize = 10;
+
 fn lines(holes: &[BareHole]) -> String {
-    let lines: Vec<String> = holes.iter().map(ToString::to_string).collect();
-    lines.join("\n")
+    let told = holes.iter().take(TOLD).map(ToString::to_string);
+    let more = holes.len().checked_sub(TOLD).filter(|n| *n > 0);
+    let more = more.map(|n| format!("and holes more: {n}"));
+    told.chain(more).collect::<Vec<_>>().join("\n")
 }
 
 /// Three chords are the fewest that still go round something.
@@ -227,6 +232,38 @@ mod tests {
             ..MeshOptions::default()
         };
         assert_eq!(options.check(), Err(OptionFault::TimeLimit));
+    }
+
+    #[test]
+    fn washers_want_quads_and_numbers_that_mean_something() {
+        let washer = WasherRequest {
+            layers: 2,
+            ..WasherRequest::default()
+        };
+        let mut options = MeshOptions {
+            washer,
+            ..MeshOptions::default()
+        };
+        assert_eq!(options.check(), Err(OptionFault::WasherShape));
+        for shape in [ElementShape::Quad, ElementShape::Mixed] {
+            options.element = shape;
+            assert_eq!(options.check(), Ok(()));
+        }
+        options.washer.width = Some(0.0);
+        assert!(matches!(options.check(), Err(OptionFault::Washer(_))));
+    }
+
+    #[test]
+    fn of_many_narrow_holes_some_are_told_and_the_rest_counted() {
+        let hole = BareHole {
+            centre: glam::DVec3::new(1.0, -0.01, 2.0),
+            diameter: 6.0,
+            why: crate::model::washer::NoWasher::Shared,
+        };
+        let text = |count: usize| OptionFault::WasherRoom(vec![hole.clone(); count]).to_string();
+        assert!(text(1).contains("hole of 6.00 mm at (1.0, 0.0, 2.0): its rim"));
+        assert_eq!(text(10).lines().count(), 11);
+        assert!(text(12).ends_with("\nand holes more: 2"));
     }
 
     #[test]

@@ -9,7 +9,10 @@ pub fn fit_circle(points: &[DVec2]) -> Option<(DVec2, f64)> {
     let count = points.len() as f64;
     let middle = points.iter().sum::<DVec2>() / count;
     // About the middle and in its own size, or squares lose digits.
-    let size = points.iter().map(|p| p.distance(middle)).fold(0.0, f64::max);
+    let size = points
+        .iter()
+        .map(|p| p.distance(middle))
+        .fold(0.0, f64::max);
     if points.len() < 3 || size.is_nan() || size <= 0.0 {
         return None;
     }

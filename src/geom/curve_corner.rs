@@ -18,7 +18,7 @@ pub fn is_within_curve(complex: &MidComplex, node: NodeId, [before, after]: [Nod
 mod tests {
     use super::*;
     use crate::model::complex::{MidNode, Support};
-    use crate::model::ids::FaceId;
+    use crate::model::ids::{FaceId, PinId};
     use glam::DVec3;
 
     #[test]
@@ -36,5 +36,19 @@ mod tests {
             is_within_curve(&complex, n, [a, b])
         };
         assert!(bent(30.0, 1) && !bent(40.0, 1) && !bent(0.0, 2));
+    }
+
+    #[test]
+    fn a_place_of_its_own_makes_a_corner() {
+        let mut complex = MidComplex::default();
+        let nodes = [-1.0, 0.0, 1.0].map(|x| {
+            let point = DVec3::X * x;
+            let supports = Default::default();
+            complex.nodes.push(MidNode { point, supports })
+        });
+        let [a, n, b] = nodes;
+        assert!(is_within_curve(&complex, n, [a, b]));
+        complex.nodes[n].supports.push(Support::Pin(PinId(0)));
+        assert!(!is_within_curve(&complex, n, [a, b]));
     }
 }

@@ -192,11 +192,9 @@ pub struct BareHole {
 
 impl fmt::Display for BareHole {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self {
-            centre: c,
-            diameter,
-            why,
-        } = self;
+        let Self { diameter, why, .. } = self;
+        // No minus before a zero.
+        let c = (self.centre * 10.0).round() / 10.0 + DVec3::ZERO;
         write!(
             f,
             "hole of {diameter:.2} mm at ({:.1}, {:.1}, {:.1}): {why}",

@@ -188,9 +188,7 @@ impl Job<'_> {
         });
         dump.complex("polished", &complex)?;
         let mut meshed = self.halved(complex, middle, clock)?;
-        meshed.complex = clock.time("balance", || {
-            balance::balance(meshed.complex, middle.walls)
-        });
+        meshed.complex = clock.time("balance", || balance::balance(meshed.complex, middle.walls));
         dump.complex("balanced", &meshed.complex)?;
         Ok(meshed)
     }

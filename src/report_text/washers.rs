@@ -16,24 +16,25 @@ pub fn washers(washers: &Washers) -> String {
             format_args!("washers: none, no round hole has a wanted diameter"),
         );
     }
-    let mut kinds: Vec<(String, Vec<DVec3>)> = Vec::new();
+    let mut kinds: Vec<(String, Vec<&Washer>)> = Vec::new();
     for washer in &washers.made {
         let kind = kind(washer);
         match kinds.iter_mut().find(|k| k.0 == kind) {
-            Some(known) => known.1.push(washer.centre),
-            None => kinds.push((kind, vec![washer.centre])),
+            Some(known) => known.1.push(washer),
+            None => kinds.push((kind, vec![washer])),
         }
     }
-    for (kind, places) in kinds {
-        let count = places.len();
+    for (kind, alike) in kinds {
+        let count = alike.len();
         let holes = if count == 1 { "hole" } else { "holes" };
         line(
             &mut out,
-            format_args!("washers: {count} {holes} of {kind}"),
+            format_args!(
+                "washers: {count} {holes} of {kind}, {} mm wide",
+                widths(&alike)
+            ),
         );
-        let some: Vec<String> = (places.iter().take(PLACES))
-            .map(|p| format!("({:.1}, {:.1}, {:.1})", p.x, p.y, p.z))
-            .collect();
+        let some: Vec<String> = alike.iter().take(PLACES).map(|w| place(w.centre)).collect();
         let more = match count.checked_sub(PLACES).filter(|n| *n > 0) {
             Some(more) => format!(" and {more} more"),
             None => String::new(),
@@ -54,12 +55,32 @@ pub fn washers(washers: &Washers) -> String {
     out
 }
 
+/// What like washers have in common. A tenth of a millimetre is more than facets take from a hole.
 fn kind(washer: &Washer) -> String {
     let rings = if washer.layers == 1 { "ring" } else { "rings" };
     format!(
-        "{:.2} mm, {} {rings} of {} quads, each {:.2} mm wide",
-        washer.diameter, washer.layers, washer.around, washer.width
+        "{:.1} mm: {} {rings} of {} quads",
+        washer.diameter, washer.layers, washer.around
     )
+}
+
+/// The widths of their rings, mm.
+fn widths(alike: &[&Washer]) -> String {
+    let [low, high] = (alike.iter()).fold([f64::INFINITY, 0.0f64], |[l, h], w| {
+        [l.min(w.width), h.max(w.width)]
+    });
+    let [low, high] = [low, high].map(|w| format!("{w:.2}"));
+    if low == high {
+        low
+    } else {
+        format!("{low} to {high}")
+    }
+}
+
+fn place(p: DVec3) -> String {
+    // No minus before a zero.
+    let p = (p * 10.0).round() / 10.0 + DVec3::ZERO;
+    format!("({:.1}, {:.1}, {:.1})", p.x, p.y, p.z)
 }
 
 #[cfg(test)]
@@ -69,12 +90,12 @@ mod tests {
 
     #[test]
     fn like_washers_share_a_line_and_each_bare_hole_says_why() {
-        let washer = |x: f64, diameter: f64| Washer {
-            centre: DVec3::new(x, 0.0, 1.0),
+        let washer = |x: f64, diameter: f64, width: f64| Washer {
+            centre: DVec3::new(x, -0.01, 1.0),
             axis: DVec3::Z,
             diameter,
             layers: 2,
-            width: 1.5,
+            width,
             around: 12,
         };
         let bare = BareHole {
@@ -87,7 +108,11 @@ mod tests {
             },
         };
         let all = Washers {
-            made: vec![washer(1.0, 6.0), washer(2.0, 4.0), washer(3.0, 6.0)],
+            made: vec![
+                washer(1.0, 6.0, 1.5),
+                washer(2.0, 4.0, 1.0),
+                washer(3.0, 6.01, 1.25),
+            ],
             left_out: vec![bare; 9],
         };
         let text = washers(&all);
@@ -95,13 +120,16 @@ mod tests {
         assert_eq!(
             lines[..4],
             [
-                "washers: 2 holes of 6.00 mm, 2 rings of 12 quads, each 1.50 mm wide",
+                "washers: 2 holes of 6.0 mm: 2 rings of 12 quads, 1.25 to 1.50 mm wide",
                 "  at (1.0, 0.0, 1.0), (3.0, 0.0, 1.0)",
-                "washers: 1 hole of 4.00 mm, 2 rings of 12 quads, each 1.50 mm wide",
+                "washers: 1 hole of 4.0 mm: 2 rings of 12 quads, 1.00 mm wide",
                 "  at (2.0, 0.0, 1.0)",
             ]
         );
-        assert!(text.contains("a bend leaves room for 1.25 mm"), "{text}");
+        assert!(
+            text.contains("and a bend leaves\nroom for 1.25 mm"),
+            "{text}"
+        );
         assert!(text.ends_with("no washer: holes more: 1, in the report (--json)\n"));
         assert!(lines.iter().all(|l| l.len() <= 100), "{text}");
         assert!(washers(&Washers::default()).contains("no round hole"));

@@ -47,11 +47,10 @@ impl Curve {
         self.nodes.len() - 1
     }
 
-    /// Whether its ends have places of their own: then it is one edge, and stays it.
+    /// Whether it is an edge between two nodes with places of their own, and stays one.
     fn is_pinned(&self, complex: &MidComplex) -> bool {
-        let ends = [self.nodes.first(), self.nodes.last()];
         let pinned = |n: &NodeId| pin(&complex.nodes[*n].supports).is_some();
-        ends.into_iter().flatten().all(pinned)
+        self.count() == 1 && self.nodes.iter().all(pinned)
     }
 
     /// How many it is to have.
@@ -454,6 +453,7 @@ fn spread(new: &mut MidComplex, line: &[DVec3], curve: &Curve, placer: &dyn Plac
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::model::ids::PinId;
     use crate::stage::test_shapes::{self as shapes, Stay};
 
     fn odd_sheets(complex: &MidComplex) -> usize {
@@ -536,6 +536,32 @@ mod tests {
         // Finer than wanted for a reason that is not seen here: only its parity could change.
         let fine = respace(plate.clone(), &|_, _| 5.0, &Stay);
         assert_eq!(fine, plate);
+    }
+
+    #[test]
+    fn edges_between_places_of_their_own_stay() {
+        // The plate is odd, and one node of its longest side is all that may go or come.
+        let mut plate = odd_plate();
+        let free: BTreeSet<NodeId> = (plate.edges().iter())
+            .filter(|e| plate.kind(e) == EdgeKind::Rim)
+            .flat_map(|e| e.ends)
+            .collect();
+        let on = |n: &NodeId, x: f64| plate.nodes[*n].point == DVec3::new(x, 0.0, 0.0);
+        let pinned: Vec<NodeId> = (free.into_iter())
+            .filter(|n| !on(n, 3.0) && !on(n, 4.0))
+            .collect();
+        for (i, &n) in pinned.iter().enumerate() {
+            plate.nodes[n].supports.push(Support::Pin(PinId(i as u32)));
+        }
+        for size in [0.3, 1.0, 4.0] {
+            let even = respace(plate.clone(), &|_, _| size, &Stay);
+            assert_eq!((odd_sheets(&even), even.euler()), (0, plate.euler()));
+            for &n in &pinned {
+                let same = |m: &&MidNode| m.supports == plate.nodes[n].supports;
+                let kept = even.nodes.iter().find(same).unwrap();
+                assert_eq!(kept.point, plate.nodes[n].point);
+            }
+        }
     }
 
     #[test]

@@ -37,6 +37,10 @@ use std::f64::consts::TAU;
 const AROUND_MIN: f64 = 8.0;
 /// Quads round a hole come in fours: the mesh round it may then be as symmetric as it is.
 const FOURS: f64 = 4.0;
+/// Between a washer and what is in its way there has to be this much of an element, its own or that wanted there, whichever is shorter.
+const TIGHT: f64 = 0.5;
+/// Where each hole decides for itself, a whole one is left, if that leaves room for rings: two rows of quads between two washers.
+const EASY: f64 = 1.0;
 /// Holes are alike whose radii, and the sizes wanted there, differ by less than this share.
 const ALIKE: f64 = 0.02;
 /// A ring may be as much narrower than it wants to be where room is scarce, and no narrower than this share of its edges along the rim.
@@ -89,9 +93,22 @@ impl Rings {
         TAU * radius / f64::from(self.around)
     }
 
-    /// How far from the middle what is left of the sheet begins, at the least, mm: half an element has to fit between.
-    fn needs(&self, size: f64) -> f64 {
-        self.outer() + size.min(self.edge(self.outer())) / 2.0
+    /// How far from the middle what is left of the sheet begins, at the least, mm, with so much of an element between.
+    fn needs(&self, size: f64, between: f64) -> f64 {
+        self.outer() + between * size.min(self.edge(self.outer()))
+    }
+
+    /// The width of a ring with which all need no more than this room from the middle, mm; below zero where nothing fits.
+    fn fitting(&self, room: f64, size: f64, between: f64) -> f64 {
+        let to_size = room - between * size;
+        let to_edge = room / (1.0 + between * self.edge(1.0));
+        (to_size.max(to_edge) - self.hole.radius) / f64::from(self.layers)
+    }
+
+    /// Rings that are narrower than this are of no use, mm.
+    fn narrowest(&self) -> f64 {
+        let for_edges = NARROWEST * self.edge(self.hole.radius);
+        (NARROWEST * self.width).max(for_edges.min(self.width))
     }
 
     fn pins(&self) -> impl Iterator<Item = PinId> {
@@ -162,8 +179,10 @@ pub fn plan(
     for (rings, i) in wanted.iter().zip(0..) {
         rings.hole.rim.iter().for_each(|r| owner[r.node] = Some(i));
     }
+    // A width that was asked for may be tight.
+    let between = if request.width.is_some() { TIGHT } else { EASY };
     let needs: Vec<f64> = (wanted.iter().zip(&sizes))
-        .map(|(rings, &size)| rings.needs(size))
+        .map(|(rings, &size)| rings.needs(size, between))
         .collect();
     let most = (wanted.iter().zip(&needs))
         .map(|(rings, need)| need - rings.hole.radius)
@@ -182,7 +201,10 @@ pub fn plan(
     for (i, mut rings) in wanted.drain(..).enumerate() {
         let (room, end) = shared[i];
         if needs[i] > room {
-            let width = rings.fitting(room, sizes[i]);
+            let mut width = rings.fitting(room, sizes[i], between);
+            if width < rings.narrowest() {
+                width = rings.fitting(room, sizes[i], TIGHT).min(rings.narrowest());
+            }
             if request.width.is_some() || width < rings.narrowest() {
                 let layers = f64::from(rings.layers);
                 left_out.push(rings.bare(NoWasher::Room {
@@ -208,9 +230,8 @@ pub fn plan(
 /// For each hole the fewest edges that a rim has among those like it: as many follow the others as well.
 fn coarsest(holes: &[Hole], sizes: &[f64]) -> Vec<usize> {
     let near = |x: f64, y: f64| (x - y).abs() <= ALIKE * x.max(y);
-    let alike = |i: usize, j: usize| {
-        near(holes[i].radius, holes[j].radius) && near(sizes[i], sizes[j])
-    };
+    let alike =
+        |i: usize, j: usize| near(holes[i].radius, holes[j].radius) && near(sizes[i], sizes[j]);
     let fewest = |i: usize| {
         let like = (0..holes.len()).filter(|&j| alike(i, j));
         like.map(|j| holes[j].rim.len()).min().unwrap_or(0)
@@ -234,21 +255,6 @@ fn wished(hole: Hole, request: &WasherRequest, size: f64, rim: usize) -> Rings {
         hole,
         first_pin: 0,
         circle: Vec::new(),
-    }
-}
-
-impl Rings {
-    /// The width of a ring with which all need no more than this room from the middle, mm; below zero where nothing fits.
-    fn fitting(&self, room: f64, size: f64) -> f64 {
-        let half_size = room - size / 2.0;
-        let half_edge = room / (1.0 + TAU / f64::from(self.around) / 2.0);
-        (half_size.max(half_edge) - self.hole.radius) / f64::from(self.layers)
-    }
-
-    /// Rings that are narrower than this are of no use, mm.
-    fn narrowest(&self) -> f64 {
-        let for_edges = NARROWEST * self.edge(self.hole.radius);
-        (NARROWEST * self.width).max(for_edges.min(self.width))
     }
 }
 

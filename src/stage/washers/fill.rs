@@ -38,7 +38,10 @@ pub(super) fn fill(
     let heights: Vec<[f64; 2]> = (0..rings.around)
         .map(|i| {
             let outer = complex.nodes[circle[i as usize]].point;
-            [on_rim(rings, rings.way(i)).1, rings.hole.plane.height(outer)]
+            [
+                on_rim(rings, rings.way(i)).1,
+                rings.hole.plane.height(outer),
+            ]
         })
         .collect();
     let mut rows: Vec<Vec<NodeId>> = Vec::new();
@@ -89,7 +92,11 @@ fn runs_inwards(complex: &MidComplex, circle: &[NodeId]) -> bool {
     let edge = [circle[0], circle[1]];
     let at = |t: &&MidTriangle| edge.iter().all(|n| t.nodes.contains(n));
     // Wound counter-clockwise, the sheet outside runs against the circle.
-    complex.triangles.iter().find(at).is_some_and(|t| t.runs(edge))
+    complex
+        .triangles
+        .iter()
+        .find(at)
+        .is_some_and(|t| t.runs(edge))
 }
 
 /// What the rim of the hole lies on in this direction, and how high above the plane of the hole, mm.

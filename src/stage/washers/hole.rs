@@ -114,20 +114,19 @@ impl Hole {
         }
         let middle = ring.iter().map(|&n| live.point(n)).sum::<DVec3>() / ring.len() as f64;
         let mut plane = Plane::new(middle, normal);
-        // The faces round a hole tell a circle from a polygon with corners on it.
-        let supports = |n: NodeId| &live.nodes[n].supports;
-        let mut points: Vec<DVec3> = ring.iter().map(|&n| live.point(n)).collect();
-        for [a, b] in edges(&ring) {
-            let [p, q] = [a, b].map(|n| live.point(n));
-            let between = p.midpoint(q);
-            let placed = placer.place(between, &common(supports(a), supports(b)));
-            let near = placed.is_finite() && placed.distance(between) < p.distance(q) / 2.0;
-            points.push(if near { placed } else { between });
-        }
-        let places: Vec<DVec2> = points.iter().map(|&p| plane.flat(p)).collect();
+        let places: Vec<DVec2> = (ring.iter()).map(|&n| plane.flat(live.point(n))).collect();
         let (centre, radius) = fit_circle(&places)?;
-        let round = |p: &DVec2| (p.distance(centre) - radius).abs() <= ROUND * radius;
-        if !places.iter().all(round) {
+        // The faces round a hole tell a circle from a polygon with nodes at its corners.
+        let supports = |n: NodeId| &live.nodes[n].supports;
+        let between = edges(&ring).into_iter().map(|[a, b]| {
+            let [p, q] = [a, b].map(|n| live.point(n));
+            let middle = p.midpoint(q);
+            let placed = placer.place(middle, &common(supports(a), supports(b)));
+            let near = placed.is_finite() && placed.distance(middle) < p.distance(q) / 2.0;
+            plane.flat(if near { placed } else { middle })
+        });
+        let round = |p: DVec2| (p.distance(centre) - radius).abs() <= ROUND * radius;
+        if !places.iter().copied().chain(between).all(round) {
             return None;
         }
         plane.origin = plane.space(centre, 0.0);

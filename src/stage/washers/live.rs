@@ -123,9 +123,7 @@ impl Live {
     pub fn finish(self) -> MidComplex {
         let mut new = MidComplex::default();
         let names: IndexVec<NodeId, Option<NodeId>> = (self.nodes.enumerated())
-            .map(|(id, node)| {
-                (!self.stars[id].is_empty()).then(|| new.nodes.push(node.clone()))
-            })
+            .map(|(id, node)| (!self.stars[id].is_empty()).then(|| new.nodes.push(node.clone())))
             .collect();
         for t in self.triangles.iter().flatten() {
             let nodes = t.nodes.map(|n| names[n].unwrap_or(n));

@@ -118,7 +118,12 @@ fn reaching(live: &Live, rings: &Rings, reach: f64) -> BTreeSet<TriangleId> {
 /// Signed area of a polygon.
 fn polygon_area(places: &[DVec2]) -> f64 {
     let next = places.iter().cycle().skip(1);
-    places.iter().zip(next).map(|(a, b)| a.perp_dot(*b)).sum::<f64>() / 2.0
+    places
+        .iter()
+        .zip(next)
+        .map(|(a, b)| a.perp_dot(*b))
+        .sum::<f64>()
+        / 2.0
 }
 
 /// The point of the mid-surface above a place of the hole's plane, found from a height there, mm. `None` where the surface is elsewhere.
