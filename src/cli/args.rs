@@ -17,6 +17,7 @@ const EXAMPLES: &str = "\
 Examples:
   midshell mesh bracket.step -o bracket.inp
   midshell mesh cover.step -o cover.vtu -o cover.bdf --size 4 --element quad --json cover.json
+  midshell mesh panel.step -o panel.bdf --element quad --washer 2 --washer-holes 4..12
   midshell mesh scan.stl -o scan.vtu
   midshell mesh hood.step -o hood.inp --format abaqus --size-curvature 24 --timings
   midshell inspect bracket.step
