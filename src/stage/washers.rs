@@ -39,8 +39,9 @@ const AROUND_MIN: f64 = 8.0;
 const FOURS: f64 = 4.0;
 /// Between a washer and what is in its way there has to be this much of an element, its own or that wanted there, whichever is shorter.
 const TIGHT: f64 = 0.5;
-/// Where each hole decides for itself, a whole one is left, if that leaves room for rings: two rows of quads between two washers.
+/// Where each hole decides for itself, a whole one is left, if rings may then be half as wide as they want to be: two rows of quads between two washers.
 const EASY: f64 = 1.0;
+const EASY_WIDTH: f64 = 0.5;
 /// Holes are alike whose radii, and the sizes wanted there, differ by less than this share.
 const ALIKE: f64 = 0.02;
 /// A ring may be as much narrower than it wants to be where room is scarce, and no narrower than this share of its edges along the rim.
@@ -202,8 +203,9 @@ pub fn plan(
         let (room, end) = shared[i];
         if needs[i] > room {
             let mut width = rings.fitting(room, sizes[i], between);
-            if width < rings.narrowest() {
-                width = rings.fitting(room, sizes[i], TIGHT).min(rings.narrowest());
+            let easy = EASY_WIDTH * rings.width;
+            if request.width.is_none() && width < easy {
+                width = rings.fitting(room, sizes[i], TIGHT).min(easy);
             }
             if request.width.is_some() || width < rings.narrowest() {
                 let layers = f64::from(rings.layers);
