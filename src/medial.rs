@@ -439,8 +439,8 @@ impl<'a> Medial<'a> {
                     thickness: 0.0,
                 })
             }
-            // Its plane depends on that of the wall.
-            Support::Edge(_) => None,
+            // The plane of an edge depends on that of the wall; what is pinned is not asked for.
+            Support::Edge(_) | Support::Pin(_) => None,
         }
     }
 
@@ -457,7 +457,7 @@ impl<'a> Medial<'a> {
         let scale = if scale > 0.0 { scale } else { self.typical };
         let reach = supports.iter().filter_map(|s| match s {
             Support::Mid(w) => Some(self.reach[*w]),
-            Support::Face(_) | Support::Edge(_) => None,
+            Support::Face(_) | Support::Edge(_) | Support::Pin(_) => None,
         });
         let reach = reach.fold(REACH * scale, f64::max);
         let mut p = start;
@@ -484,7 +484,7 @@ impl<'a> Medial<'a> {
                             mids.push((w, tangent.plane.0, tangent.thickness));
                         }
                         Support::Face(f) => rims.push((planes.len(), f)),
-                        Support::Edge(_) => {}
+                        Support::Edge(_) | Support::Pin(_) => {}
                     }
                     planes.push(tangent.plane);
                     beyond = beyond.max(tangent.beyond);

@@ -12,6 +12,7 @@ use crate::model::length_unit::LengthUnit;
 use crate::model::local_size::LocalSize;
 use crate::model::profile::Profile;
 use crate::model::removal::SmallLimits;
+use crate::model::washer::WasherRequest;
 use std::path::PathBuf;
 use std::time::Duration;
 
@@ -44,6 +45,8 @@ pub struct MeshOptions {
     pub element: ElementShape,
     /// What is so small that the mesh does without it.
     pub small: SmallLimits,
+    /// Rings of quads round holes.
+    pub washer: WasherRequest,
     /// Unit of lengths in files that name none (STL, OBJ, PLY). None: mm.
     pub unit: Option<LengthUnit>,
     /// The gmsh command. None: the importer looks for one.
@@ -68,6 +71,7 @@ impl Default for MeshOptions {
             sizes: Vec::new(),
             element: ElementShape::default(),
             small: SmallLimits::default(),
+            washer: WasherRequest::default(),
             unit: None,
             gmsh: None,
             time_limit: TIME_LIMIT,
@@ -100,6 +104,12 @@ impl MeshOptions {
         }
         if self.time_limit.is_zero() {
             return Err(OptionFault::TimeLimit);
+        }
+        if let Some(fault) = self.washer.check() {
+            return Err(fault.into());
+        }
+        if self.washer.is_wanted() && self.element == ElementShape::Triangle {
+            return Err(OptionFault::WasherShape);
         }
         match self.profile.check().into_iter().next() {
             Some(fault) => Err(fault.into()),
@@ -316,6 +326,38 @@ mod tests {
             ..MeshOptions::default()
         };
         assert_eq!(options.check(), Err(OptionFault::TimeLimit));
+    }
+
+    #[test]
+    fn washers_want_quads_and_numbers_that_mean_something() {
+        let washer = WasherRequest {
+            layers: 2,
+            ..WasherRequest::default()
+        };
+        let mut options = MeshOptions {
+            washer,
+            ..MeshOptions::default()
+        };
+        assert_eq!(options.check(), Err(OptionFault::WasherShape));
+        for shape in [ElementShape::Quad, ElementShape::Mixed] {
+            options.element = shape;
+            assert_eq!(options.check(), Ok(()));
+        }
+        options.washer.width = Some(0.0);
+        assert!(matches!(options.check(), Err(OptionFault::Washer(_))));
+    }
+
+    #[test]
+    fn of_many_narrow_holes_some_are_told_and_the_rest_counted() {
+        let hole = BareHole {
+            centre: glam::DVec3::new(1.0, -0.01, 2.0),
+            diameter: 6.0,
+            why: crate::model::washer::NoWasher::Shared,
+        };
+        let text = |count: usize| OptionFault::WasherRoom(vec![hole.clone(); count]).to_string();
+        assert!(text(1).contains("hole of 6.00 mm at (1.0, 0.0, 2.0): its rim"));
+        assert_eq!(text(10).lines().count(), 11);
+        assert!(text(12).ends_with("\nand holes more: 2"));
     }
 
     #[test]

@@ -3,8 +3,10 @@
 //! Plain text, no colour, no more than 100 columns. Nothing here measures or decides.
 
 mod mesh_audit;
+mod washers;
 
 pub use mesh_audit::render_mesh_audit;
+pub use washers::washers;
 
 use crate::model::report::{
     AuditReport, Criterion, DoubtRule, MetricSummary, QualityReport, Verdict,

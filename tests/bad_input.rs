@@ -322,6 +322,78 @@ fn size_that_is_no_number() {
 }
 
 #[test]
+fn washers_that_mean_nothing() {
+    let bench = Bench::new();
+    // They are wrong whatever the part is: it is not even looked at.
+    let input = bench.at("missing.step");
+    for (line, words) in [
+        ("--washer 2", ["triangles", "--element quad"]),
+        ("--element tri --washer 1", ["triangles", "--element quad"]),
+        (
+            "--element quad --washer-holes 4..12",
+            ["no washers", "--washer 2"],
+        ),
+        (
+            "--element quad --washer-width 2",
+            ["no washers", "--washer 2"],
+        ),
+        (
+            "--element quad --washer 1 --washer-holes 12..4",
+            ["12 to 4", "4..12"],
+        ),
+        (
+            "--element quad --washer 1 --washer-holes -3..-1",
+            ["-3 to -1", "4..12"],
+        ),
+        (
+            "--element quad --washer 1 --washer-width 0",
+            ["width", "--washer-width 2"],
+        ),
+        (
+            "--element mixed --washer 1 --washer-width -1",
+            ["width", "--washer-width 2"],
+        ),
+        ("--element quad --washer 1000", ["1000 rings", "fewer"]),
+    ] {
+        let more: Vec<&str> = line.split(' ').collect();
+        bench.mesh(&input, &more).refused(USAGE, &words);
+    }
+    for bad in [
+        "--washer=-1",
+        "--washer=1.5",
+        "--washer-holes=4-12",
+        "--washer-holes=4",
+    ] {
+        let ended = bench.mesh(&input, &["--element", "quad", bad]);
+        assert_eq!(ended.status, Some(USAGE), "{bad}");
+        assert!(ended.stderr.contains("--washer") && ended.left.is_empty());
+    }
+}
+
+#[test]
+fn a_washer_wider_than_the_room_for_it() {
+    let bench = Bench::new();
+    // The first hole is 4 mm from the rim, the second 26.
+    let script = "Box(1) = {0, 0, 0, 60, 60, 2};\nCylinder(2) = {15, 7, -1, 0, 0, 4, 3};\nCylinder(3) = {35, 30, -1, 0, 0, 4, 4};\n\
+                  BooleanDifference{ Volume{1}; Delete; }{ Volume{2:3}; Delete; }";
+    let input = bench.step("holes.step", script);
+    let wide = ["--element", "quad", "--washer", "2", "--washer-width", "2"];
+    let ended = bench.mesh(&input, &wide);
+    let words = [
+        "hole of 6.",
+        "(15.0, 7.0, 1.0)",
+        "4.00 mm wide",
+        "an edge of the sheet",
+        "--washer-holes",
+    ];
+    ended.refused(USAGE, &words);
+    assert!(!ended.stderr.contains("(35.0"), "{}", ended.stderr);
+    // The range may leave it out.
+    let more = [&wide[..], &["--washer-holes", "7..9", "--quiet"]].concat();
+    bench.mesh(&input, &more).went_well(&["out.vtu"]);
+}
+
+#[test]
 fn size_beyond_the_part() {
     let bench = Bench::new();
     let input = bench.step("plate.step", PLATE);

@@ -9,6 +9,7 @@ use midshell::model::length_unit::LengthUnit;
 use midshell::model::metric::{QUAD_METRICS, TRIANGLE_METRICS, bare};
 use midshell::model::profile::Profile;
 use midshell::model::removal::SmallLimits;
+use midshell::model::washer::WasherRequest;
 use midshell::options::MeshOptions;
 use std::path::PathBuf;
 use std::time::Duration;
@@ -17,6 +18,7 @@ const EXAMPLES: &str = "\
 Examples:
   midshell mesh bracket.step -o bracket.inp
   midshell mesh cover.step -o cover.vtu -o cover.bdf --size 4 --element quad --json cover.json
+  midshell mesh panel.step -o panel.bdf --element quad --washer 2 --washer-holes 4..12
   midshell mesh scan.stl -o scan.vtu
   midshell mesh hood.step -o hood.inp --format abaqus --size-curvature 24 --timings
   midshell mesh cover.step -o cover.vtu --size-min 1 --size-max 8 --growth 1.2 --rows 3 --sizes sizes.toml
@@ -128,6 +130,8 @@ pub struct MeshArgs {
     /// Flatten what stands out of a wall or is sunk into it, if it is less high than this and fits into a circle of this diameter, in mm: logos, embossings, pockets [default: nothing]
     #[arg(long, value_name = "H", allow_hyphen_values = true)]
     pub min_feature: Option<f64>,
+    #[command(flatten)]
+    pub washers: WasherArgs,
     #[arg(long, value_name = "F", help = format_help())]
     pub format: Option<String>,
     #[command(flatten)]
@@ -144,6 +148,24 @@ pub struct MeshArgs {
     #[command(flatten)]
     pub source: SourceArgs,
 }
+
+/// Rings of quads round holes.
+#[derive(Args, Debug)]
+pub struct WasherArgs {
+    /// Rings of quads round the holes of bolts, as many quads in each [default: 0]
+    #[arg(long, value_name = "N")]
+    pub washer: Option<u32>,
+    /// Diameters of the holes that get a washer, in mm, from and to [default: round holes of up to four edge lengths]
+    #[arg(long, value_name = "MIN..MAX", allow_hyphen_values = true, value_parser = range)]
+    pub washer_holes: Option<Range>,
+    /// Width of one ring, in mm; what does not fit is an error [default: the washer twice as wide as its hole, a ring no wider than an element, less where room is scarce]
+    #[arg(long, value_name = "W", allow_hyphen_values = true)]
+    pub washer_width: Option<f64>,
+}
+
+/// From and to.
+#[derive(Clone, Copy, Debug)]
+pub struct Range(pub [f64; 2]);
 
 /// What elements are held against.
 #[derive(Args, Debug)]
@@ -224,6 +246,7 @@ impl MeshArgs {
             size_max: self.size_max,
             growth: self.growth,
             dump: self.dump.clone(),
+            washer: self.washers.request(),
             ..self.source.run.options()
         };
         options.rows = self.rows.unwrap_or(options.rows);
@@ -232,6 +255,20 @@ impl MeshArgs {
             options.element = shape;
         }
         options
+    }
+}
+
+impl WasherArgs {
+    fn request(&self) -> WasherRequest {
+        let mut request = WasherRequest {
+            holes: self.washer_holes.map(|r| r.0),
+            width: self.washer_width,
+            ..WasherRequest::default()
+        };
+        if let Some(layers) = self.washer {
+            request.layers = layers;
+        }
+        request
     }
 }
 
@@ -258,6 +295,15 @@ fn shapes() -> PossibleValuesParser {
 
 fn units() -> PossibleValuesParser {
     PossibleValuesParser::new(LengthUnit::NAMED.iter().map(|(name, _)| *name))
+}
+
+fn range(text: &str) -> Result<Range, String> {
+    let number = |part: &str| part.trim().parse::<f64>().ok();
+    let ends = text.split_once("..").map(|(a, b)| [number(a), number(b)]);
+    match ends {
+        Some([Some(from), Some(to)]) => Ok(Range([from, to])),
+        _ => Err("not a range such as 4..12".into()),
+    }
 }
 
 fn seconds(text: &str) -> Result<Duration, String> {
@@ -335,7 +381,7 @@ mod tests {
 
     #[test]
     fn every_choice_reaches_the_library() {
-        let line = "midshell mesh a.step -o a.inp --size -2.5 --size-curvature 24 --size-min 1 --size-max 9 --growth 1.2 --rows 3 --element quad --min-hole 4 --min-feature 1.5 --unit in --gmsh /g --time-limit 1.5 --dump d";
+        let line = "midshell mesh a.step -o a.inp --size -2.5 --size-curvature 24 --size-min 1 --size-max 9 --growth 1.2 --rows 3 --element quad --min-hole 4 --min-feature 1.5 --washer 2 --washer-holes 4..12.5 --washer-width 1.5 --unit in --gmsh /g --time-limit 1.5 --dump d";
         let cli = Cli::try_parse_from(line.split(' ')).unwrap();
         let Verb::Mesh(args) = cli.command else {
             panic!("not mesh")
@@ -352,6 +398,11 @@ mod tests {
                 hole: Some(4.0),
                 feature: Some(1.5),
             },
+            washer: WasherRequest {
+                layers: 2,
+                holes: Some([4.0, 12.5]),
+                width: Some(1.5),
+            },
             unit: Some(LengthUnit::Inch),
             gmsh: Some("/g".into()),
             time_limit: Duration::from_millis(1500),
@@ -359,6 +410,16 @@ mod tests {
             ..MeshOptions::default()
         };
         assert_eq!(args.options(), want);
+    }
+
+    #[test]
+    fn what_is_no_range_is_refused() {
+        for good in ["4..12", "4 .. 12", "-1..0.5", "12..4"] {
+            assert!(range(good).is_ok(), "{good}");
+        }
+        for bad in ["", "4", "4-12", "..", "4..", "..12", "a..b", "4..8..12"] {
+            assert!(range(bad).is_err(), "{bad}");
+        }
     }
 
     #[test]
@@ -378,6 +439,9 @@ mod tests {
         assert!(help.contains(&profile), "{profile} not in\n{help}");
         let limit = format!("by the clock [default: {}]", defaults.time_limit.as_secs());
         assert!(help.contains(&limit), "{limit} not in\n{help}");
+        let rings = format!("quads in each [default: {}]", defaults.washer.layers);
+        assert!(help.contains(&rings), "{rings} not in\n{help}");
+        assert!(help.contains("up to four edge lengths") && WasherRequest::HOLE_SIZES == 4.0);
         let unit = format!("names none [default: {}]", LengthUnit::default());
         assert!(help.contains(&unit), "{unit} not in\n{help}");
     }

@@ -2,6 +2,7 @@
 
 pub mod bend;
 pub mod cdt;
+pub mod circle;
 pub mod curve_corner;
 pub mod kind;
 pub mod orient;

@@ -44,7 +44,7 @@ impl Lengths {
 /// Implemented by the exact mid-surface of the part; tests implement it by closed forms (plane, cylinder, sphere).
 pub trait Placer: Sync {
     /// The point near `start` that lies on every one of `supports` (least squares where they do not meet); `start` itself where
-    /// the supports say nothing. Never moves a point by more than a few thicknesses.
+    /// the supports say nothing, or hold a place of its own. Never moves a point by more than a few thicknesses.
     fn place(&self, start: DVec3, supports: &[Support]) -> DVec3;
 
     /// A point nearer to where [`place`](Self::place) would put `start`, at a fraction of the cost: enough while a node still moves.

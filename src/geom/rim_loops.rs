@@ -5,7 +5,7 @@
 
 use super::placer::Placer;
 use crate::model::complex::{MidComplex, Support, Supports};
-use crate::model::ids::{IndexVec, NodeId};
+use crate::model::ids::{Id, IndexVec, NodeId};
 use glam::DVec3;
 use nalgebra::{Matrix3, SymmetricEigen};
 use smallvec::SmallVec;
@@ -15,16 +15,22 @@ const SHUT: f64 = 0.25;
 
 /// All rims that are simple rings: their nodes in order, each ring from its first node, in the order of these.
 pub fn closed_rims(complex: &MidComplex) -> Vec<Vec<NodeId>> {
+    let edges = complex.edges();
+    let free = edges.iter().filter(|e| e.triangles.len() == 1);
+    rings_of(complex.nodes.len(), free.map(|e| e.ends))
+}
+
+/// The simple rings among edges of `count` nodes: their nodes in order, each ring from its first node, in the order of these.
+pub fn rings_of(count: usize, edges: impl IntoIterator<Item = [NodeId; 2]>) -> Vec<Vec<NodeId>> {
     let mut beside: IndexVec<NodeId, SmallVec<[NodeId; 2]>> =
-        IndexVec::filled(SmallVec::new(), complex.nodes.len());
-    for edge in complex.edges().iter().filter(|e| e.triangles.len() == 1) {
-        let [a, b] = edge.ends;
+        IndexVec::filled(SmallVec::new(), count);
+    for [a, b] in edges {
         beside[a].push(b);
         beside[b].push(a);
     }
-    let mut seen: IndexVec<NodeId, bool> = IndexVec::filled(false, complex.nodes.len());
+    let mut seen: IndexVec<NodeId, bool> = IndexVec::filled(false, count);
     let mut rings = Vec::new();
-    for first in complex.nodes.ids() {
+    for first in (0..count).map(NodeId::new) {
         if seen[first] || beside[first].len() != 2 {
             continue;
         }

@@ -8,7 +8,7 @@
 
 use super::Medial;
 use crate::geom::placer::Placer;
-use crate::model::complex::{MidComplex, Support};
+use crate::model::complex::{MidComplex, Support, pin};
 use crate::model::ids::WallId;
 use glam::DVec3;
 use rayon::prelude::*;
@@ -54,7 +54,7 @@ impl<'a> Held<'a> {
     fn thinnest(&self, supports: &[Support]) -> f64 {
         let of = |support: &Support| match support {
             Support::Mid(w) => self.medial.thickness[*w],
-            Support::Face(_) | Support::Edge(_) => f64::INFINITY,
+            Support::Face(_) | Support::Edge(_) | Support::Pin(_) => f64::INFINITY,
         };
         let thinnest = supports.iter().map(of).fold(f64::INFINITY, f64::min);
         if thinnest.is_finite() {
@@ -66,6 +66,9 @@ impl<'a> Held<'a> {
 
     /// The point itself, or the nearest place of the boundary if it lies outside.
     fn held(&self, p: DVec3, supports: &[Support]) -> DVec3 {
+        if pin(supports).is_some() {
+            return p;
+        }
         let skin = &self.medial.ground.material.skin;
         let tolerance = LEAK * self.thinnest(supports);
         if skin.bvh.any_within(p, tolerance).is_some() || skin.bvh.inside(p) {

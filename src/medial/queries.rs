@@ -2,7 +2,7 @@
 
 use super::{Held, Known, LEAST_OPPOSITION, Medial, STEPS};
 use crate::geom::placer::Placer;
-use crate::model::complex::Support;
+use crate::model::complex::{Support, pin};
 use crate::model::ids::WallId;
 use glam::DVec3;
 
@@ -26,11 +26,17 @@ impl Medial<'_> {
 
 impl Placer for Medial<'_> {
     fn place(&self, start: DVec3, supports: &[Support]) -> DVec3 {
+        if pin(supports).is_some() {
+            return start;
+        }
         let (p, sure) = self.converge(start, supports, STEPS);
         self.held(start, p, sure, supports)
     }
 
     fn draw(&self, start: DVec3, supports: &[Support]) -> DVec3 {
+        if pin(supports).is_some() {
+            return start;
+        }
         let (p, sure) = self.converge(start, supports, 1);
         self.held(start, p, sure, supports)
     }

@@ -1,7 +1,7 @@
 //! The mid-complex: a non-manifold triangulated mid-surface with what each node must lie on.
 
 use super::disjoint::Disjoint;
-use super::ids::{CurveId, FaceId, Id, IndexVec, NodeId, TriangleId, WallId};
+use super::ids::{CurveId, FaceId, Id, IndexVec, NodeId, PinId, TriangleId, WallId};
 use glam::DVec3;
 use smallvec::SmallVec;
 
@@ -14,6 +14,8 @@ pub enum Support {
     Face(FaceId),
     /// A curve of the solid: where the two sides of a wall meet, its rim lies on their edge.
     Edge(CurveId),
+    /// A place of its own: the node neither moves nor vanishes. The nodes round a washer have one.
+    Pin(PinId),
 }
 
 /// The supports of a node, sorted and without repetition.
@@ -23,14 +25,22 @@ pub type Supports = SmallVec<[Support; 4]>;
 pub fn faces(supports: &[Support]) -> impl Iterator<Item = FaceId> {
     supports.iter().filter_map(|s| match s {
         Support::Face(face) => Some(*face),
-        Support::Mid(_) | Support::Edge(_) => None,
+        Support::Mid(_) | Support::Edge(_) | Support::Pin(_) => None,
     })
 }
 
 /// What ends sheets among supports: faces and edges of the solid. A node with two of them is a corner of its rim.
 pub fn ends(supports: &[Support]) -> impl Iterator<Item = Support> {
-    let ending = |s: &Support| !matches!(s, Support::Mid(_));
+    let ending = |s: &Support| matches!(s, Support::Face(_) | Support::Edge(_));
     supports.iter().copied().filter(ending)
+}
+
+/// The place of its own among a node's supports.
+pub fn pin(supports: &[Support]) -> Option<PinId> {
+    supports.iter().find_map(|s| match s {
+        Support::Pin(pin) => Some(*pin),
+        _ => None,
+    })
 }
 
 /// A node of the mid-complex.

@@ -66,6 +66,8 @@ ids! {
     SheetId,
     /// A patch: a piece of a sheet that is meshed in one chart.
     PatchId,
+    /// A place that a node of a mid-complex was given.
+    PinId,
 }
 
 /// A vector that only its own id type can index.

@@ -20,3 +20,4 @@ pub mod sighting;
 pub mod tet_graph;
 pub mod tets;
 pub mod walls;
+pub mod washer;

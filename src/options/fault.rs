@@ -4,6 +4,7 @@ use super::{GROWTH, MIN_PER_TURN, MOST_ROWS};
 use crate::model::element_shape::{ElementShape, UnknownShape};
 use crate::model::length_unit::{LengthUnit, UnknownUnit};
 use crate::model::profile::ProfileFault;
+use crate::model::washer::{BareHole, WasherFault};
 
 /// What can be wrong with the options.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -92,6 +93,15 @@ pub enum OptionFault {
     /// A unit that we do not know.
     #[error(transparent)]
     Unit(#[from] UnknownUnit),
+    /// Washers that mean nothing.
+    #[error(transparent)]
+    Washer(#[from] WasherFault),
+    /// Washers in a mesh of triangles.
+    #[error("washers are rings of quads, but the elements are to be triangles")]
+    WasherShape,
+    /// The width asked for is more than there is room for round these holes.
+    #[error("a washer is wider than the room for it\n{}", lines(.0))]
+    WasherRoom(Vec<BareHole>),
     /// Criteria that mean nothing.
     #[error(transparent)]
     Profile(#[from] ProfileFault),
@@ -144,6 +154,9 @@ impl OptionFault {
                 let names: Vec<&str> = ElementShape::NAMED.iter().map(|n| n.0).collect();
                 format!("choose one of: {}", names.join(", "))
             }
+            OptionFault::Washer(fault) => fault.remedy().into(),
+            OptionFault::WasherShape => "add --element quad, or --element mixed".into(),
+            OptionFault::WasherRoom(_) => "give a smaller --washer-width, or leave it out: then each washer is as wide as it can be; or fewer rings, or a range --washer-holes without these holes".into(),
             OptionFault::Profile(_) => {
                 "mend the criteria, or choose a profile that comes with the program".into()
             }
@@ -153,6 +166,16 @@ impl OptionFault {
             }
         }
     }
+}
+
+/// Holes that an error tells one by one: enough to see what they have in common.
+const TOLD: usize = 10;
+
+fn lines(holes: &[BareHole]) -> String {
+    let told = holes.iter().take(TOLD).map(ToString::to_string);
+    let more = holes.len().checked_sub(TOLD).filter(|n| *n > 0);
+    let more = more.map(|n| format!("and holes more: {n}"));
+    told.chain(more).collect::<Vec<_>>().join("\n")
 }
 
 /// How many sheets there are, by their numbers.

@@ -5,6 +5,7 @@ mod dump;
 mod error;
 mod facts;
 mod fins;
+mod halved;
 mod inspect;
 mod memory;
 mod merge;

@@ -7,6 +7,7 @@ use crate::model::removal::{Left, Removal, SmallKind};
 use crate::model::report::{AuditReport, QualityReport};
 use crate::model::shell::ShellMesh;
 use crate::model::walls::ThicknessPeak;
+use crate::model::washer::Washers;
 use crate::report_text;
 use serde::Serialize;
 use std::fmt;
@@ -29,6 +30,9 @@ pub struct SolidReport {
     pub size: f64,
     /// Least width of a wall, in thicknesses, that the chosen mid-surface was found with.
     pub least_width: f64,
+    /// The washers, where such are asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub washers: Option<Washers>,
 }
 
 impl SolidReport {
@@ -41,6 +45,7 @@ impl SolidReport {
             peaks: found.pairing.peaks.clone(),
             size,
             least_width: found.least_width,
+            washers: None,
         }
     }
 }
@@ -122,6 +127,9 @@ impl fmt::Display for RunReport {
                 s.size,
                 peaks.join(", ")
             )?;
+            if let Some(washers) = &s.washers {
+                f.write_str(&report_text::washers(washers))?;
+            }
         }
         for r in &self.removed {
             let (x, y, z) = (r.at.x, r.at.y, r.at.z);

@@ -3,6 +3,7 @@
 use super::clock::Clock;
 use super::dump::Dump;
 use super::error::PipelineError;
+use super::halved::Meshed;
 use super::middle::Middle;
 use super::midsurface::{self, MidSurface};
 use super::report::SolidReport;
@@ -19,14 +20,15 @@ use crate::model::complex::MidComplex;
 use crate::model::element_shape::ElementShape;
 use crate::model::ids::WallId;
 use crate::model::shell::ShellMesh;
+use crate::model::washer::{NoWasher, Washers};
 use crate::options::MeshOptions;
 use crate::stage::chart_mesh::{Layout, Pattern};
 use crate::stage::kinks::{self, Kinked};
-use crate::stage::quads::{self, Halves};
+use crate::stage::quads;
 use crate::stage::remesh::{self, RemeshOptions};
 use crate::stage::sheets::Sheets;
 use crate::stage::size::{self, Sizing, Wishes};
-use crate::stage::{balance, respace, shell};
+use crate::stage::{balance, shell, washers};
 use glam::DVec3;
 use std::cell::OnceCell;
 
@@ -91,7 +93,11 @@ pub(super) fn mesh_solid(
         dump: &dump,
     };
     let plain = Middle::new(&medial, leaves).aiming(&targets, None);
-    let Halves { complex, diagonals } = match &kinked {
+    let Meshed {
+        complex,
+        diagonals,
+        washers,
+    } = match &kinked {
         None => {
             let clean = clock.time("clean", || job.clean(&fair, &plain));
             job.meshed(clean, &plain, clock)?
@@ -111,8 +117,28 @@ pub(super) fn mesh_solid(
         }),
     };
     let mesh = clock.time("shell", || sheets.in_order(mesh));
-    let solid = SolidReport::new(&piece.brep, &as_read, sizing.target, &mesh);
+    let mut solid = SolidReport::new(&piece.brep, &as_read, sizing.target, &mesh);
+    if options.washer.is_wanted() {
+        solid.washers = Some(standing(washers, &mesh));
+    }
     Ok((mesh, solid, without))
+}
+
+/// The washers that the mesh has in the end: it may have been mended since they were laid.
+fn standing(washers: Washers, mesh: &ShellMesh) -> Washers {
+    let stands = washers::standing(mesh, &washers.made);
+    let mut left = Washers {
+        left_out: washers.left_out,
+        ..Washers::default()
+    };
+    for (washer, stands) in washers.made.into_iter().zip(stands) {
+        if stands {
+            left.made.push(washer);
+        } else {
+            left.left_out.push(washer.bare(NoWasher::Unmeshed));
+        }
+    }
+    left
 }
 
 /// A mid-surface in order, with all that is asked of it from there on.
@@ -160,10 +186,10 @@ impl<'a> Untangled<'a> {
 }
 
 /// What meshing needs besides a complex and the surfaces that it lies on.
-struct Job<'a> {
-    sizing: &'a Sizing,
-    options: &'a MeshOptions,
-    dump: &'a Dump<'a>,
+pub(super) struct Job<'a> {
+    pub sizing: &'a Sizing,
+    pub options: &'a MeshOptions,
+    pub dump: &'a Dump<'a>,
 }
 
 /// What the user wishes of sizes.
@@ -190,7 +216,7 @@ impl Job<'_> {
         }
     }
 
-    fn layout(&self, pattern: Pattern) -> Layout {
+    pub(super) fn layout(&self, pattern: Pattern) -> Layout {
         let layout = Layout::from(pattern);
         Layout {
             growth: self.options.growth.unwrap_or(layout.growth),
@@ -208,7 +234,7 @@ impl Job<'_> {
         clean: MidComplex,
         middle: &Middle<'_>,
         clock: &mut Clock<'_>,
-    ) -> Result<Halves, PipelineError> {
+    ) -> Result<Meshed, PipelineError> {
         let Self { sizing, dump, .. } = self;
         let (field, placer) = (middle.field(sizing), middle.placer());
         dump.complex("clean", &clean)?;
@@ -226,58 +252,10 @@ impl Job<'_> {
             tidy::unfolded(remesh::polish(complex, &field, placer, &options), placer)
         });
         dump.complex("polished", &complex)?;
-        let Halves { complex, diagonals } = self.halved(complex, middle, clock)?;
-        let complex = clock.time("balance", || balance::balance(complex, middle.walls));
-        dump.complex("balanced", &complex)?;
-        Ok(Halves { complex, diagonals })
-    }
-
-    /// A meshed complex as halves of quads, where these are asked for.
-    fn halved(
-        &self,
-        complex: MidComplex,
-        middle: &Middle<'_>,
-        clock: &mut Clock<'_>,
-    ) -> Result<Halves, PipelineError> {
-        let plain = |complex| Halves {
-            complex,
-            diagonals: Vec::new(),
-        };
-        if self.options.element == ElementShape::Triangle {
-            return Ok(plain(complex));
-        }
-        let placer = middle.placer();
-        let lengths = middle.lengths(self.sizing, self.options.size_min.unwrap_or(0.0));
-        let squares = clock.time("charts", || {
-            let even = respace::respace(complex.clone(), &lengths, placer);
-            let layout = self.layout(Pattern::Squares);
-            let squares = charts::mesh_charts(&even, layout, &lengths, placer).complex;
-            if folds(&squares) == 0 {
-                return squares;
-            }
-            // What is mended by contracting a curve may be odd again.
-            respace::respace(
-                connected(squares, |c| remesh::unfold(c, placer)),
-                &lengths,
-                placer,
-            )
-        });
-        self.dump.complex("squares", &squares)?;
-        let halves = clock.time("quads", || {
-            let halves = quads::quads(squares, placer);
-            if folds(&halves.complex) == 0 {
-                return halves;
-            }
-            let mended = connected(halves.complex.clone(), |c| remesh::unfold(c, placer));
-            halves.changed_to(mended)
-        });
-        self.dump.complex("halves", &halves.complex)?;
-        // Where something folds the triangles are the better mesh.
-        Ok(if folds(&halves.complex) > folds(&complex) {
-            plain(complex)
-        } else {
-            halves
-        })
+        let mut meshed = self.halved(complex, middle, clock)?;
+        meshed.complex = clock.time("balance", || balance::balance(meshed.complex, middle.walls));
+        dump.complex("balanced", &meshed.complex)?;
+        Ok(meshed)
     }
 
     /// Meshed with the kinks cut; without them where that leaves folds and this does not: less exact at steps, but fit for a solver.
@@ -288,7 +266,7 @@ impl Job<'_> {
         kinked: &Kinked,
         parted: &Middle<'_>,
         clock: &mut Clock<'_>,
-    ) -> Result<Halves, PipelineError> {
+    ) -> Result<Meshed, PipelineError> {
         let uncut = OnceCell::new();
         let cleaned = || self.clean(fair, middle);
         let cut = clock.time("clean", || {
@@ -307,22 +285,28 @@ impl Job<'_> {
                 return self.meshed(uncut.clone(), middle, clock);
             }
         }
-        let Halves {
+        let Meshed {
             complex: cut,
             diagonals,
+            washers,
         } = self.meshed(cut, parted, clock)?;
         let cut = kinked.joined(cut);
         if !diagonals.is_empty() && folds(&cut) == 0 {
             let complex = cut;
-            return Ok(Halves { complex, diagonals });
+            return Ok(Meshed {
+                complex,
+                diagonals,
+                washers,
+            });
         }
         // What was parted at a kink has no neighbours there; joined, it may show a fold.
         let complex = clock.time("polish", || {
             connected(cut, |c| remesh::unfold(c, middle.placer()))
         });
-        let cut = Halves {
+        let cut = Meshed {
             complex,
             diagonals: Vec::new(),
+            washers,
         };
         if folds(&cut.complex) == 0 {
             return Ok(cut);

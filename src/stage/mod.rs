@@ -27,6 +27,7 @@ pub mod sheets;
 pub mod shell;
 pub mod size;
 pub mod unite;
+pub mod washers;
 pub mod widen;
 pub mod width;
 

@@ -164,7 +164,7 @@ impl Look<'_> {
         };
         let p = node.point;
         let end = match end {
-            Support::Mid(_) => None,
+            Support::Mid(_) | Support::Pin(_) => None,
             Support::Edge(_) => self.end_of_sides(p, wall).map(|end| end.1),
             Support::Face(face) if self.is_side(wall, face) => {
                 self.end_of_sides(p, wall).map(|end| end.1)
@@ -263,7 +263,7 @@ fn dive(complex: &mut MidComplex, rims: &Rims, placer: &dyn Placer) {
         let (from, to) = (complex.nodes[last].point, complex.nodes[end].point);
         let thickness = complex.nodes[end].supports.iter().filter_map(|s| match s {
             Support::Mid(w) => placer.thickness(to, *w),
-            Support::Face(_) | Support::Edge(_) => None,
+            Support::Face(_) | Support::Edge(_) | Support::Pin(_) => None,
         });
         let thickest = thickness.fold(0.0, f64::max);
         let foot = placer.place(from, &complex.nodes[end].supports);
@@ -447,7 +447,7 @@ mod tests {
                 match support {
                     Support::Mid(WallId(0)) => p.z = 0.0,
                     Support::Mid(_) => p.y = 0.0,
-                    Support::Face(_) | Support::Edge(_) => p.x = 10.0,
+                    _ => p.x = 10.0,
                 }
             }
             p

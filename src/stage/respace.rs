@@ -8,7 +8,7 @@
 //! many nodes are preferred, where one more is hardly seen.
 //!
 //! **In** a meshed complex. **Out** the same with other nodes on its feature curves.
-//! **Guarantees.** Topology, walls and corners stay; no triangle is folded by it; the same result for any number of threads.
+//! **Guarantees.** Topology, walls and corners stay, and edges between nodes with places of their own; no triangle is folded by it; the same result for any number of threads.
 //! **Limits.** A sheet whose parity no curve can change stays odd (a closed sheet never is), as may one where an edge cannot be contracted without a fold.
 //! **Cost.** O(n log n) for the edges; elimination over the sheets.
 
@@ -16,7 +16,7 @@ use crate::geom::curve_corner::is_within_curve;
 use crate::geom::orient::folded;
 use crate::geom::placer::{LengthField, Lengths, Placer};
 use crate::model::complex::{
-    EdgeKind, MidComplex, MidEdge, MidNode, MidTriangle, Support, Supports,
+    EdgeKind, MidComplex, MidEdge, MidNode, MidTriangle, Support, Supports, pin,
 };
 use crate::model::ids::{IndexVec, NodeId, TriangleId};
 use glam::DVec3;
@@ -47,6 +47,12 @@ impl Curve {
         self.nodes.len() - 1
     }
 
+    /// Whether it is an edge between two nodes with places of their own, and stays one.
+    fn is_pinned(&self, complex: &MidComplex) -> bool {
+        let pinned = |n: &NodeId| pin(&complex.nodes[*n].supports).is_some();
+        self.count() == 1 && self.nodes.iter().all(pinned)
+    }
+
     /// How many it is to have.
     fn target(&self) -> usize {
         let closed = self.nodes.first() == self.nodes.last();
@@ -59,6 +65,8 @@ pub fn respace(complex: MidComplex, lengths: &LengthField, placer: &dyn Placer) 
     let edges = complex.edges();
     let sheet = complex.sheets(&edges);
     let mut curves = curves(&complex, &edges, &sheet);
+    // Between two nodes with places of their own nothing is divided.
+    curves.retain(|c| !c.is_pinned(&complex));
     let mut odd: Vec<u32> = sheet.iter().map(|t| t.0).collect();
     for curve in &mut curves {
         curve.want(&complex, lengths);
@@ -447,6 +455,7 @@ fn spread(new: &mut MidComplex, line: &[DVec3], curve: &Curve, placer: &dyn Plac
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::model::ids::PinId;
     use crate::stage::test_shapes::{self as shapes, Stay};
 
     fn odd_sheets(complex: &MidComplex) -> usize {
@@ -529,6 +538,32 @@ mod tests {
         // Finer than wanted for a reason that is not seen here: only its parity could change.
         let fine = respace(plate.clone(), &|_, _| Lengths::equal(5.0), &Stay);
         assert_eq!(fine, plate);
+    }
+
+    #[test]
+    fn edges_between_places_of_their_own_stay() {
+        // The plate is odd, and one node of its longest side is all that may go or come.
+        let mut plate = odd_plate();
+        let free: BTreeSet<NodeId> = (plate.edges().iter())
+            .filter(|e| plate.kind(e) == EdgeKind::Rim)
+            .flat_map(|e| e.ends)
+            .collect();
+        let on = |n: &NodeId, x: f64| plate.nodes[*n].point == DVec3::new(x, 0.0, 0.0);
+        let pinned: Vec<NodeId> = (free.into_iter())
+            .filter(|n| !on(n, 3.0) && !on(n, 4.0))
+            .collect();
+        for (i, &n) in pinned.iter().enumerate() {
+            plate.nodes[n].supports.push(Support::Pin(PinId(i as u32)));
+        }
+        for size in [0.3, 1.0, 4.0] {
+            let even = respace(plate.clone(), &|_, _| size, &Stay);
+            assert_eq!((odd_sheets(&even), even.euler()), (0, plate.euler()));
+            for &n in &pinned {
+                let same = |m: &&MidNode| m.supports == plate.nodes[n].supports;
+                let kept = even.nodes.iter().find(same).unwrap();
+                assert_eq!(kept.point, plate.nodes[n].point);
+            }
+        }
     }
 
     #[test]

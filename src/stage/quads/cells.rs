@@ -104,6 +104,11 @@ impl Cells {
         cells
     }
 
+    /// Says how many cells there should be at a node, where the angles do not tell.
+    pub(super) fn expect(&mut self, node: u32, count: u8) {
+        self.ideal[node as usize] = count;
+    }
+
     /// Right angles at a held node between its kept edges, one at the least between two.
     fn right_angles(&self, node: u32) -> u8 {
         let right = |fan: &Few| {

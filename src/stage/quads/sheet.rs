@@ -9,7 +9,7 @@ use super::transport::transport;
 use super::valence::clean_up;
 use crate::geom::placer::Placer;
 use crate::geom::quality::quad_quality;
-use crate::model::complex::{MidComplex, MidEdge, Support};
+use crate::model::complex::{MidComplex, MidEdge, Support, pin};
 use crate::model::ids::{IndexVec, NodeId, TriangleId, WallId};
 use crate::spatial::{Hint, TriangleBvh};
 use glam::DVec3;
@@ -25,6 +25,9 @@ const USABLE: f64 = 0.1;
 /// A node may be put this far from where smoothing left it, in mean edge lengths: further is another branch of the surface.
 const NEAR: f64 = 0.3;
 
+/// Cells at a node on the outer circle of a washer, beside the two of the washer.
+const AT_PINS: u8 = 2;
+
 /// The triangles of a sheet, with its nodes counted anew: held ones first.
 pub(super) struct Sheet {
     pub wall: WallId,
@@ -37,6 +40,8 @@ pub(super) struct Sheet {
     kept: Vec<[u32; 2]>,
     /// The sheets of the held nodes.
     owners: Vec<Owners>,
+    /// Nodes with places of their own: a washer's quads will come to them from the other side.
+    pinned: Vec<u32>,
 }
 
 /// The sheets that a node belongs to, by their first triangles.
@@ -93,6 +98,9 @@ impl Sheet {
             source: members.to_vec(),
             points: nodes.iter().map(|&n| complex.nodes[n].point).collect(),
             owners: nodes[..count].iter().map(|&n| owners[n].clone()).collect(),
+            pinned: (0..count as u32)
+                .filter(|&i| pin(&complex.nodes[nodes[i as usize]].supports).is_some())
+                .collect(),
             nodes,
             held: count,
             triangles,
@@ -154,6 +162,9 @@ impl Sheet {
             .collect();
         let mut cells = Cells::new(places, held, rings, self.kept.clone());
         cells.owners = self.owners.clone();
+        for &n in &self.pinned {
+            cells.expect(n, AT_PINS);
+        }
 
         let mut edges = Vec::new();
         let mut rings: Vec<(u32, u32, Ring)> = Vec::new();

@@ -147,7 +147,7 @@ mod tests {
                 match *support {
                     Support::Mid(_) => p.z = 1.0,
                     Support::Face(FaceId(CHAMFER)) => p.x = 20.8 - p.z,
-                    Support::Face(_) | Support::Edge(_) => p.x = 20.0,
+                    _ => p.x = 20.0,
                 }
             }
             p

@@ -2,11 +2,11 @@
 //!
 //! Feature edges are all that do not have exactly two triangles of one wall. First the topology decides: a node inside a sheet has a link
 //! that is one circle; a node on a curve has a link of arcs between its two feature neighbours, and the same walls on both sides;
-//! all else is a corner (strata of Dey, Edelsbrunner, Guha, Nekhayev 1999, "Topology preserving edge contraction").
+//! all else is a corner, and so is a node with a place of its own (strata of Dey, Edelsbrunner, Guha, Nekhayev 1999, "Topology preserving edge contraction").
 //! Then curves are cut at corners of shape.
 
 use super::surface::{Class, Surface};
-use crate::model::complex::ends;
+use crate::model::complex::{ends, pin};
 use crate::model::ids::{IndexVec, NodeId, WallId};
 use glam::DVec3;
 use smallvec::SmallVec;
@@ -47,6 +47,9 @@ pub(super) fn classify(
 }
 
 fn topological(surface: &Surface, n: NodeId) -> Class {
+    if pin(&surface.supports[n]).is_some() {
+        return Class::Corner;
+    }
     let spokes = surface.spokes(n);
     let rings: SmallVec<[&[_]; 12]> = spokes.chunk_by(|a, b| a.0 == b.0).collect();
     let wall = |ring: &[(NodeId, _)]| -> SmallVec<[WallId; 4]> {

@@ -70,6 +70,7 @@ fn digest(surface: &Surface, t: TriangleId, reads: usize) -> u64 {
                 Support::Mid(w) => add(w.index() as u64),
                 Support::Face(f) => add(1 << 40 | f.index() as u64),
                 Support::Edge(c) => add(2 << 40 | c.index() as u64),
+                Support::Pin(p) => add(3 << 40 | p.index() as u64),
             }
         }
     }

@@ -56,7 +56,7 @@ impl Placer for Forms {
                 let form = match s {
                     Support::Mid(w) => self.walls[w.index()],
                     Support::Face(f) => self.faces[f.index()],
-                    Support::Edge(_) => continue,
+                    Support::Edge(_) | Support::Pin(_) => continue,
                 };
                 let (d, n) = form.distance(p);
                 p -= n * d;
@@ -183,7 +183,7 @@ pub fn roughen(complex: MidComplex, forms: &Forms, splits: usize, noise: f64) ->
                 .filter(|x| s.supports[b].contains(x))
                 .collect();
             supports.retain(|x| match x {
-                Support::Face(_) | Support::Edge(_) => ring.len() == 1,
+                Support::Face(_) | Support::Edge(_) | Support::Pin(_) => ring.len() == 1,
                 Support::Mid(w) => ring.iter().any(|&t| s.triangle(t).wall == *w),
             });
             let p = forms.place(s.points[a].lerp(s.points[b], f), &supports);
