@@ -349,7 +349,7 @@ mod tests {
 
     #[test]
     fn of_many_narrow_holes_some_are_told_and_the_rest_counted() {
-        let hole = BareHole {
+        let hole = crate::model::washer::BareHole {
             centre: glam::DVec3::new(1.0, -0.01, 2.0),
             diameter: 6.0,
             why: crate::model::washer::NoWasher::Shared,

@@ -21,7 +21,7 @@ mod sizes;
 mod surface;
 
 use crate::geom::cdt::CdtError;
-use crate::geom::placer::{LengthField, Placer};
+use crate::geom::placer::{LengthField, Lengths, Placer};
 use crate::model::complex::Support;
 use crate::model::patch::{Chart, Patch, PatchMesh};
 use cross::Cross;
@@ -127,7 +127,8 @@ pub fn triangulate(
         Pattern::Triangles => None,
         Pattern::Squares => {
             let edges = fixed.corner_edges();
-            let cross = Cross::new(&surface, &edges).ok_or(MeshError::NoCross)?;
+            let wanted: Vec<Lengths> = patch.points.par_iter().map(|&p| wanted(p)).collect();
+            let cross = Cross::new(&surface, &edges, &wanted).ok_or(MeshError::NoCross)?;
             let squares = Directed::new(patch, cross, &wanted, &edges, growth - 1.0);
             Some(squares.ok_or(MeshError::NoCross)?)
         }

@@ -556,7 +556,7 @@ mod tests {
             plate.nodes[n].supports.push(Support::Pin(PinId(i as u32)));
         }
         for size in [0.3, 1.0, 4.0] {
-            let even = respace(plate.clone(), &|_, _| size, &Stay);
+            let even = respace(plate.clone(), &|_, _| Lengths::equal(size), &Stay);
             assert_eq!((odd_sheets(&even), even.euler()), (0, plate.euler()));
             for &n in &pinned {
                 let same = |m: &&MidNode| m.supports == plate.nodes[n].supports;

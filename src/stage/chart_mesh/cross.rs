@@ -11,6 +11,7 @@
 
 use super::surface::{Spot, Surface};
 use crate::geom::bend::{Bend, bend};
+use crate::geom::placer::Lengths;
 use crate::model::patch::Patch;
 use crate::solve::SpdSolver;
 use glam::{DVec2, DVec3};
@@ -25,6 +26,11 @@ const ONE_WAY: f64 = 0.5;
 /// Weight of a bend against that of a side, which is one in a good mesh.
 const DRAWN: f64 = 1.0;
 
+/// Where edges may be so many times as long one way as the other, they run that way,
+const LONG: f64 = 1.2;
+/// with this weight: a long quad at a slant to its bend is warped.
+const ALONG: f64 = 10.0;
+
 /// Directions at the corners of a patch.
 #[derive(Clone, Debug)]
 pub(super) struct Cross {
@@ -35,8 +41,9 @@ pub(super) struct Cross {
 }
 
 impl Cross {
-    /// The smoothest field along these edges (corners of the patch); `None` where the system cannot be solved, as with triangles without area.
-    pub(super) fn new(surface: &Surface, edges: &[[u32; 2]]) -> Option<Self> {
+    /// The smoothest field along these edges (corners of the patch), and along the axes of what is wanted at the corners, where that is longer one way;
+    /// `None` where the system cannot be solved, as with triangles without area.
+    pub(super) fn new(surface: &Surface, edges: &[[u32; 2]], wanted: &[Lengths]) -> Option<Self> {
         let patch = surface.patch;
         let frames: Vec<[DVec3; 2]> = (surface.normals.iter())
             .map(|n| n.normalize_or(DVec3::Z).any_orthonormal_pair())
@@ -62,7 +69,12 @@ impl Cross {
         let held: Vec<Option<DVec2>> = (held.into_iter())
             .map(|h| (h.length() > 0.1).then(|| h.normalize()))
             .collect();
-        let bends = bends(surface, &power);
+        let mut bends = bends(surface, &power);
+        for (c, lengths) in wanted.iter().enumerate() {
+            if lengths.along > LONG * lengths.across {
+                bends[c] = (power(c as u32, lengths.axis) * ALONG, ALONG);
+            }
+        }
         let powers = smoothest(patch, &held, &bends, &power)?;
         Some(Self { frames, powers })
     }
@@ -219,7 +231,7 @@ mod tests {
     fn greatest_turn(patch: &Patch, edges: &[[u32; 2]], way: impl Fn(DVec3) -> DVec3) -> f64 {
         let chart = flatten(patch).unwrap();
         let surface = Surface::new(patch, &chart);
-        let cross = Cross::new(&surface, edges).unwrap();
+        let cross = Cross::new(&surface, edges, &[]).unwrap();
         (0..patch.triangles.len() as u32)
             .map(|triangle| {
                 let spot = Spot {
@@ -275,7 +287,7 @@ mod tests {
         let middle = |p: DVec3| p.z > 8.0 && p.z < 26.0;
         let chart = flatten(&patch).unwrap();
         let surface = Surface::new(&patch, &chart);
-        let cross = Cross::new(&surface, &slant).unwrap();
+        let cross = Cross::new(&surface, &slant, &[]).unwrap();
         for triangle in 0..patch.triangles.len() as u32 {
             let spot = Spot {
                 triangle,

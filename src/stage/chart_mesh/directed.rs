@@ -7,7 +7,6 @@ use super::surface::{Spot, Surface};
 use crate::geom::placer::Lengths;
 use crate::model::patch::Patch;
 use glam::DVec3;
-use rayon::prelude::*;
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
@@ -46,18 +45,18 @@ pub(super) struct Directed<'a> {
 }
 
 impl<'a> Directed<'a> {
-    /// `field` is asked at every corner; `edges` are there already (corners of the patch), and where they are shorter than asked for, so are those beside them.
+    /// `wanted` at every corner; `edges` are there already (corners of the patch), and where they are shorter than asked for, so are those beside them.
     /// Lengths grow by `growth`, length per length, at most. `None` where there is no length for anything.
     pub(super) fn new(
         patch: &'a Patch,
         cross: Cross,
-        field: &(dyn Fn(DVec3) -> Lengths + Sync),
+        wanted: &[Lengths],
         edges: &[[u32; 2]],
         growth: f64,
     ) -> Option<Self> {
-        let mut corners: Vec<Frame> = (patch.points.par_iter().enumerate())
-            .map(|(c, &p)| {
-                let (ways, wanted) = (cross.ways(c), field(p));
+        let mut corners: Vec<Frame> = (wanted.iter().enumerate())
+            .map(|(c, wanted)| {
+                let ways = cross.ways(c);
                 let lengths = ways.map(|w| match wanted.towards(w) {
                     length if length > 0.0 => length,
                     _ => f64::INFINITY,
@@ -168,6 +167,11 @@ mod tests {
         (patch, chart)
     }
 
+    /// What a field wants at every corner.
+    fn all(patch: &Patch, field: impl Fn(DVec3) -> Lengths) -> Vec<Lengths> {
+        patch.points.iter().map(|&p| field(p)).collect()
+    }
+
     /// Frames at the corners: lengths along x and along y.
     fn lengths(directed: &Directed, x: f64) -> Vec<[f64; 2]> {
         let at = |(f, p): (&Frame, &DVec3)| {
@@ -183,7 +187,7 @@ mod tests {
         let (patch, chart) = plate();
         let surface = Surface::new(&patch, &chart);
         let edges: Vec<[u32; 2]> = patch.boundary().collect();
-        let cross = Cross::new(&surface, &edges).unwrap();
+        let cross = Cross::new(&surface, &edges, &[]).unwrap();
         // A bend along y at x = 0.
         let field = |p: DVec3| {
             if p.x > 0.5 {
@@ -195,7 +199,7 @@ mod tests {
                 across: 0.4,
             }
         };
-        let directed = Directed::new(&patch, cross, &field, &[], 0.25).unwrap();
+        let directed = Directed::new(&patch, cross, &all(&patch, field), &[], 0.25).unwrap();
         for i in 0..=20 {
             let x = f64::from(i);
             let wanted = [0.4, 1.6].map(|l| (l + 0.25 * x).min(2.0));
@@ -216,12 +220,12 @@ mod tests {
         let (patch, chart) = plate();
         let surface = Surface::new(&patch, &chart);
         let edges: Vec<[u32; 2]> = patch.boundary().collect();
-        let cross = Cross::new(&surface, &edges).unwrap();
+        let cross = Cross::new(&surface, &edges, &[]).unwrap();
         // The boundary's edges are 1 long.
         let directed = Directed::new(
             &patch,
             cross.clone(),
-            &|_| Lengths::equal(3.0),
+            &all(&patch, |_| Lengths::equal(3.0)),
             &edges,
             0.25,
         )
@@ -236,7 +240,7 @@ mod tests {
             along: 8.0,
             across: 2.0,
         };
-        let directed = Directed::new(&patch, cross, &long, &edges, 1e9).unwrap();
+        let directed = Directed::new(&patch, cross, &all(&patch, long), &edges, 1e9).unwrap();
         let rim = lengths(&directed, 10.0);
         assert!(
             rim.iter()
@@ -248,7 +252,16 @@ mod tests {
     fn without_any_length_there_is_none() {
         let (patch, chart) = plate();
         let surface = Surface::new(&patch, &chart);
-        let cross = Cross::new(&surface, &[]).unwrap();
-        assert!(Directed::new(&patch, cross, &|_| Lengths::equal(f64::NAN), &[], 0.25).is_none());
+        let cross = Cross::new(&surface, &[], &[]).unwrap();
+        assert!(
+            Directed::new(
+                &patch,
+                cross,
+                &all(&patch, |_| Lengths::equal(f64::NAN)),
+                &[],
+                0.25
+            )
+            .is_none()
+        );
     }
 }

@@ -1,5 +1,4 @@
 use super::*;
-use crate::geom::placer::Lengths;
 use crate::model::complex::MidComplex;
 use crate::model::ids::PatchId;
 use crate::stage::flatten::flatten;

@@ -4,7 +4,7 @@ use super::cells::{Cells, Ground, Place, Ring};
 use super::insert::{insert, relieve};
 use super::matching::{self, Edge};
 use super::smooth::{Effort, mean_edge, smooth};
-use super::stretch::stretches;
+use super::stretch::{stretches, undone};
 use super::transport::transport;
 use super::valence::clean_up;
 use crate::geom::placer::Placer;
@@ -183,13 +183,15 @@ impl Sheet {
                 if apex == t[(k + 2) % 3] {
                     continue;
                 }
-                let p = ring.map(|n| self.points[n as usize]);
                 if cells.worth(&ring) < USABLE {
                     continue;
                 }
+                // Rows along a bend that are laid a little beside each other are none the worse for it.
+                let stretch = cells.place(ring[0]).stretch;
+                let even = ring.map(|n| undone(self.points[n as usize], stretch));
                 edges.push(Edge {
                     ends: [cell, other],
-                    weight: (1.0 - quad_quality(p).equiangle_skew).max(0.0),
+                    weight: (1.0 - quad_quality(even).equiangle_skew).max(0.0),
                 });
                 rings.push((cell, other, ring.into_iter().collect()));
             }

@@ -1,7 +1,8 @@
 //! Smoothing: free nodes go where their cells are squares, then where the worst of their cells is best.
 //!
-//! First the cells round a node each say where it would lie if they were the nearest square (long as the sheet's squares were laid there), or later the nearest rectangle (shape matching: Bouaziz et al. 2012,
-//! "Shape-Up", doi:10.1111/j.1467-8659.2012.03171.x), and it goes to the mean; bad cells weigh more. Then a pattern search at the nodes of what is still bad
+//! First the cells round a node each say where it would lie if they were the nearest square, or later the nearest rectangle (shape matching: Bouaziz et al. 2012,
+//! "Shape-Up", doi:10.1111/j.1467-8659.2012.03171.x), and it goes to the mean; bad cells weigh more. Where quads were laid long,
+//! squares are as long, and rectangles lie along. Then a pattern search at the nodes of what is still bad
 //! (Freitag & Ollivier-Gooch 1997). Nodes stay on the ground; the worst cell of a node never gets worse than what is good enough.
 
 use super::cells::{Cells, Few, Ground, Place, quality};
@@ -114,10 +115,10 @@ pub(super) fn wanted(cells: &Cells, node: u32, square: bool) -> Option<(DVec3, f
                 let normal = (p2 - p0).cross(p3 - p1);
                 // Between a share of a good cell and all of a bad one.
                 (
-                    if square {
-                        done(wish(p.map(|p| undone(p, stretch)), k, true), stretch)
-                    } else {
-                        wish(p, k, false)
+                    match square {
+                        true => done(wish(p.map(|p| undone(p, stretch)), k, true), stretch),
+                        false if stretch == DVec3::ZERO => wish(p, k, false),
+                        false => along(p, k, stretch),
                     },
                     1.1 - quality(&p, normal).clamp(0.0, 1.0),
                 )
@@ -145,10 +146,7 @@ fn try_move(cells: &mut Cells, node: u32, target: Place, star: &[u32]) -> bool {
 
 /// Where the `k`-th corner of a quad lies in the nearest square or rectangle.
 fn wish(p: [DVec3; 4], k: usize, square: bool) -> DVec3 {
-    let centre = p.iter().sum::<DVec3>() / 4.0;
-    // Half the vectors between the middles of opposite sides.
-    let x = (p[1] + p[2] - p[0] - p[3]) / 4.0;
-    let y = (p[2] + p[3] - p[0] - p[1]) / 4.0;
+    let (centre, x, y) = axes(p);
     let normal = x.cross(y).normalize_or_zero();
     // Both are turned by the same angle to stand at right angles, the way that leaves their bisector.
     let turned = normal.cross(x);
@@ -164,9 +162,46 @@ fn wish(p: [DVec3; 4], k: usize, square: bool) -> DVec3 {
     if turned == DVec3::ZERO {
         return p[k];
     }
-    let [su, sv] = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]][k];
+    let [su, sv] = SIGNS[k];
     centre + u * su + v * sv
 }
+
+/// Where the `k`-th corner of a quad lies in the rectangle of the same sides along a direction: rows along a bend stay where they were laid, and straight.
+fn along(p: [DVec3; 4], k: usize, direction: DVec3) -> DVec3 {
+    let (centre, x, y) = axes(p);
+    let normal = x.cross(y).normalize_or_zero();
+    let a = direction.reject_from(normal).normalize_or_zero();
+    let b = normal.cross(a);
+    // Of the two it is the nearer one that runs along.
+    let (u, v) = if x.normalize_or_zero().dot(a).abs() >= y.normalize_or_zero().dot(a).abs() {
+        (
+            a * x.length().copysign(x.dot(a)),
+            b * y.length().copysign(y.dot(b)),
+        )
+    } else {
+        (
+            b * x.length().copysign(x.dot(b)),
+            a * y.length().copysign(y.dot(a)),
+        )
+    };
+    if u.cross(v).dot(normal) <= 0.0 {
+        return wish(p, k, false);
+    }
+    let [su, sv] = SIGNS[k];
+    centre + u * su + v * sv
+}
+
+/// The centre of a quad, and half the vectors between the middles of opposite sides.
+fn axes(p: [DVec3; 4]) -> (DVec3, DVec3, DVec3) {
+    (
+        p.iter().sum::<DVec3>() / 4.0,
+        (p[1] + p[2] - p[0] - p[3]) / 4.0,
+        (p[2] + p[3] - p[0] - p[1]) / 4.0,
+    )
+}
+
+/// Where the corners of a quad lie along its axes.
+const SIGNS: [[f64; 2]; 4] = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]];
 
 /// Where the `k`-th corner of a triangle would stand over the middle of its base, at a right angle's distance.
 fn apex(p: &[DVec3], k: usize) -> DVec3 {
@@ -227,6 +262,25 @@ mod tests {
             assert!(
                 (wish(long, k, true) - DVec3::new(1.5, 0.5, 1.0)).length() - 2f64.sqrt() < 1e-15
             );
+        }
+    }
+
+    #[test]
+    fn a_long_quad_at_a_slant_turns_to_its_direction_and_keeps_its_sides() {
+        let (sin, cos) = 0.2f64.sin_cos();
+        let [a, b] = [DVec3::new(cos, sin, 0.0), DVec3::new(-sin, cos, 0.0)];
+        let slant = [-a * 2.0 - b, a * 2.0 - b, a * 2.0 + b, b - a * 2.0];
+        let wanted = [[-2.0, -1.0], [2.0, -1.0], [2.0, 1.0], [-2.0, 1.0]];
+        // Whichever of its corners comes first, and either way along.
+        for first in 0..4 {
+            for direction in [DVec3::X * 3.0, -DVec3::X] {
+                let ring: [DVec3; 4] = std::array::from_fn(|i| slant[(first + i) % 4]);
+                for k in 0..4 {
+                    let [x, y] = wanted[(first + k) % 4];
+                    let found = along(ring, k, direction);
+                    assert!(found.distance(DVec3::new(x, y, 0.0)) < 1e-12, "{found}");
+                }
+            }
         }
     }
 
