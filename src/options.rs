@@ -29,7 +29,7 @@ const ROWS: u32 = 2;
 pub struct MeshOptions {
     /// Edge length that the elements should have, mm. None: the part decides (a few thicknesses, bounded by its features).
     pub size: Option<f64>,
-    /// Elements in a full turn of a curved wall. None: curvature does not refine.
+    /// Elements in a full turn of a curved wall. None: the chord stays near the mid-surface, to a share of the thickness.
     pub size_curvature: Option<f64>,
     /// No shorter edges are wanted anywhere, mm, whatever bends, steps and narrow places ask for. None: no bound.
     pub size_min: Option<f64>,

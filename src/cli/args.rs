@@ -103,7 +103,7 @@ pub struct MeshArgs {
     /// Edge length of the elements, in mm [default: from the part's thickness and features]
     #[arg(long, value_name = "H", allow_hyphen_values = true)]
     pub size: Option<f64>,
-    /// Elements in a full turn of a curved wall [default: curvature does not refine]
+    /// Elements in a full turn of a curved wall [default: as many as keep the mesh near the mid-surface, to half a percent of the thickness]
     #[arg(long, value_name = "N", allow_hyphen_values = true)]
     pub size_curvature: Option<f64>,
     /// No shorter edges are wanted anywhere, in mm: bends, steps and narrow places give way [default: no bound]

@@ -4,6 +4,7 @@ pub mod bend;
 pub mod cdt;
 pub mod circle;
 pub mod curve_corner;
+pub mod fold;
 pub mod kind;
 pub mod orient;
 pub mod pinhole;

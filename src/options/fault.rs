@@ -24,7 +24,7 @@ pub enum OptionFault {
         max: f64,
     },
     /// A size that the bounds do not allow.
-    #[error("{what} is {size} mm, but the bounds allow {min} to {max} mm")]
+    #[error("{what} is {size} mm, but the bounds allow {}", between(*.min, *.max))]
     OutOfBounds {
         /// Which size: the option, or where in a file it stands.
         what: String,
@@ -176,6 +176,15 @@ fn lines(holes: &[BareHole]) -> String {
     let more = holes.len().checked_sub(TOLD).filter(|n| *n > 0);
     let more = more.map(|n| format!("and holes more: {n}"));
     told.chain(more).collect::<Vec<_>>().join("\n")
+}
+
+/// Which lengths lie between two bounds, mm.
+fn between(min: f64, max: f64) -> String {
+    match (min > 0.0, max.is_finite()) {
+        (true, true) => format!("{min} to {max} mm"),
+        (true, false) => format!("{min} mm and more"),
+        _ => format!("{max} mm at most"),
+    }
 }
 
 /// How many sheets there are, by their numbers.

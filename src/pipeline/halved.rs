@@ -104,7 +104,7 @@ impl Job<'_> {
         clock: &mut Clock<'_>,
     ) -> Result<Halves, PipelineError> {
         let placer = middle.placer();
-        let lengths = middle.lengths(self.sizing, self.options.size_min.unwrap_or(0.0));
+        let lengths = middle.lengths(self.sizing);
         let squares = clock.time("charts", || {
             let even = respace::respace(complex.clone(), &lengths, placer);
             let layout = self.layout(Pattern::Squares);

@@ -74,14 +74,14 @@ impl<'a> Middle<'a> {
         (size, target)
     }
 
-    /// The edge lengths wanted for quads at a place on a wall, at least `min` mm: along a bend longer than across it.
-    pub fn lengths(&self, sizing: &Sizing, min: f64) -> impl Fn(DVec3, WallId) -> Lengths + Sync {
+    /// The edge lengths wanted for quads at a place on a wall: along a bend longer than across it.
+    pub fn lengths(&self, sizing: &Sizing) -> impl Fn(DVec3, WallId) -> Lengths + Sync {
         let walls = self.walls;
         move |p, w| {
             let (size, target) = self.wanted(sizing, p, w);
             // Where the wall bends, a square has to be smaller than a triangle to leave it as little: its diagonal is longer.
             let share = SQUARE_AT_BENDS.lerp(1.0, (size / target).clamp(0.0, 1.0));
-            let across = (size * share).max(min);
+            let across = (size * share).max(sizing.least.min(target));
             let Some((axis, radius)) = walls.lengthwise(p, w) else {
                 return Lengths::equal(across);
             };

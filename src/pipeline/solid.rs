@@ -24,7 +24,7 @@ use crate::model::washer::{NoWasher, Washers};
 use crate::options::MeshOptions;
 use crate::stage::chart_mesh::{Layout, Pattern};
 use crate::stage::kinks::{self, Kinked};
-use crate::stage::quads;
+use crate::stage::quads::{self, Halves};
 use crate::stage::remesh::{self, RemeshOptions};
 use crate::stage::sheets::Sheets;
 use crate::stage::size::{self, Sizing, Wishes};
@@ -300,12 +300,14 @@ impl Job<'_> {
             });
         }
         // What was parted at a kink has no neighbours there; joined, it may show a fold.
-        let complex = clock.time("polish", || {
-            connected(cut, |c| remesh::unfold(c, middle.placer()))
+        let halves = clock.time("polish", || {
+            let unfolded = connected(cut.clone(), |c| remesh::unfold(c, middle.placer()));
+            let complex = cut;
+            Halves { complex, diagonals }.changed_to(unfolded)
         });
         let cut = Meshed {
-            complex,
-            diagonals: Vec::new(),
+            complex: halves.complex,
+            diagonals: halves.diagonals,
             washers,
         };
         if folds(&cut.complex) == 0 {

@@ -145,8 +145,11 @@ impl<'a> Targets<'a> {
             let mean = source.walls.mean_thickness(triangle.wall);
             let here = source.walls.thickness(place, triangle.wall);
             let thickness = mean.max(here.unwrap_or(mean));
-            let size = width / rows;
-            if size >= thickness.max(options.size_min.unwrap_or(0.0)) {
+            let least = thickness.max(options.size_min.unwrap_or(0.0));
+            // As many as find room.
+            let fit = rows.min((width / least).floor());
+            let size = width / fit;
+            if fit >= 2.0 {
                 let (triangles, sizes) = of_wall.entry(triangle.wall).or_default();
                 triangles.push(corners);
                 sizes.push(size);

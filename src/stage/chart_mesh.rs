@@ -94,6 +94,9 @@ pub enum MeshError {
     /// No field of directions can be found.
     #[error("the old triangles are too flat for a cross field")]
     NoCross,
+    /// No edge length is known anywhere.
+    #[error("no edge length is known anywhere on the patch")]
+    NoLength,
 }
 
 /// A front makes at most this many times the points that a patch's area and border call for.
@@ -130,7 +133,7 @@ pub fn triangulate(
             let wanted: Vec<Lengths> = patch.points.par_iter().map(|&p| wanted(p)).collect();
             let cross = Cross::new(&surface, &edges, &wanted).ok_or(MeshError::NoCross)?;
             let squares = Directed::new(patch, cross, &wanted, &edges, growth - 1.0);
-            Some(squares.ok_or(MeshError::NoCross)?)
+            Some(squares.ok_or(MeshError::NoLength)?)
         }
     };
     let most = most_points(patch, points.len(), &|t, area| match &squares {

@@ -4,7 +4,7 @@
 //!
 //! A patch is a set of triangles of one wall that hang together over edges of two triangles. A feature curve both sides of which lie in
 //! the patch (a rib that ends in the middle of a plate) does not cut it: its edges are kept edges inside the patch; so are folds
-//! sharper than [`FOLD_RAD`]. A one-sided strip is cut open where its sides meet the wrong way round.
+//! sharper than [`fold::FOLD_RAD`]. A one-sided strip is cut open where its sides meet the wrong way round.
 //!
 //! **Guarantees.** Each patch is connected, orientable and two-manifold with its boundary in loops; [`Patch::check`] is empty.
 //! **Limits.** It may be closed, a tube or have handles: [`cut`] takes it apart further.
@@ -15,16 +15,13 @@ mod cut;
 
 pub use cut::cut;
 
+use crate::geom::fold;
 use crate::model::complex::{EdgeKind, MidComplex, Support};
 use crate::model::disjoint::Disjoint;
 use crate::model::ids::{Id, NodeId, PatchId};
 use crate::model::ids::{IndexVec, TriangleId};
 use crate::model::patch::Patch;
 use assemble::{Link, Links, Soup};
-
-/// A fold sharper than this stays an edge of the mesh: a bend sampled by fewer than nine flat elements a turn (40 degrees each) cannot
-/// be told from a sharp crease.
-pub const FOLD_RAD: f64 = 40.0 * std::f64::consts::PI / 180.0;
 
 /// The patches of a complex.
 pub fn patches(complex: &MidComplex) -> IndexVec<PatchId, Patch> {
@@ -126,7 +123,7 @@ fn is_fold(complex: &MidComplex, a: TriangleId, b: TriangleId) -> bool {
     // The same way round, neighbours run along their common edge in opposite directions.
     let turn = (0..3).any(|i| (0..3).any(|j| s[i] == t[j] && s[(i + 1) % 3] == t[(j + 1) % 3]));
     let (n, m) = (normal(a, false), normal(b, turn));
-    n.cross(m).length().atan2(n.dot(m)) > FOLD_RAD
+    fold::is_fold(n, m)
 }
 
 /// Nodes that must stay wherever they lie: those of several patches, and those on more than one wall's middle.

@@ -12,16 +12,16 @@
 //! **Limits.** A sheet whose parity no curve can change stays odd (a closed sheet never is), as may one where an edge cannot be contracted without a fold.
 //! **Cost.** O(n log n) for the edges; elimination over the sheets.
 
+mod divide;
+mod parity;
+
 use crate::geom::curve_corner::is_within_curve;
-use crate::geom::orient::folded;
 use crate::geom::placer::{LengthField, Lengths, Placer};
-use crate::model::complex::{
-    EdgeKind, MidComplex, MidEdge, MidNode, MidTriangle, Support, Supports, pin,
-};
+use crate::model::complex::{EdgeKind, MidComplex, MidEdge, Support, pin};
 use crate::model::ids::{IndexVec, NodeId, TriangleId};
 use glam::DVec3;
-use smallvec::SmallVec;
-use std::collections::{BTreeMap, BTreeSet};
+use parity::{chosen, odd_ones};
+use std::collections::BTreeMap;
 
 /// Edges of a curve between these shares of the wanted length are as long as wanted: what a remesher leaves between splitting and contracting, and a little more.
 const AS_WANTED: [f64; 2] = [0.5, 1.6];
@@ -55,8 +55,11 @@ impl Curve {
 
     /// How many it is to have.
     fn target(&self) -> usize {
-        let closed = self.nodes.first() == self.nodes.last();
-        (self.wanted.round() as usize).max(if closed { 3 } else { 1 })
+        (self.wanted.round() as usize).max(if self.is_closed() { 3 } else { 1 })
+    }
+
+    fn is_closed(&self) -> bool {
+        self.nodes.first() == self.nodes.last()
     }
 }
 
@@ -81,10 +84,11 @@ pub fn respace(complex: MidComplex, lengths: &LengthField, placer: &dyn Placer) 
         let curve = &mut curves[i];
         let target = curve.target() as f64;
         // To the other side of what would fit best, but not to fewer edges than two.
-        let up = curve.wanted >= target || target < 3.0;
+        let least = if curve.is_closed() { 4.0 } else { 3.0 };
+        let up = curve.wanted >= target || target < least;
         curve.wanted = if up { target + 1.0 } else { target - 1.0 };
     }
-    redivided(&complex, curves, placer)
+    divide::redivided(&complex, curves, placer)
 }
 
 impl Curve {
@@ -196,267 +200,13 @@ fn curves(
     all
 }
 
-/// Those that are there an odd number of times, sorted.
-fn odd_ones(mut all: Vec<u32>) -> Vec<u32> {
-    all.sort_unstable();
-    (all.chunk_by(|a, b| a == b))
-        .filter(|run| run.len() % 2 == 1)
-        .map(|run| run[0])
-        .collect()
-}
-
-/// Columns that add up to the target modulo two, or to as much of it as can be had; earlier columns are preferred.
-fn chosen(columns: &[Vec<u32>], mut target: Vec<u32>) -> Vec<usize> {
-    // Each vector of the basis by its lowest row, with the columns that it is made of.
-    let mut basis: BTreeMap<u32, (Vec<u32>, Vec<u32>)> = BTreeMap::new();
-    for (i, column) in columns.iter().enumerate() {
-        let (mut vector, mut made_of) = (column.clone(), vec![i as u32]);
-        while let Some(&low) = vector.first() {
-            match basis.get(&low) {
-                Some((v, m)) => {
-                    vector = sum(&vector, v);
-                    made_of = sum(&made_of, m);
-                }
-                None => {
-                    basis.insert(low, (vector, made_of));
-                    break;
-                }
-            }
-        }
-    }
-    let mut made_of = Vec::new();
-    let mut left: Vec<u32> = Vec::new();
-    while let Some(&low) = target.first() {
-        match basis.get(&low) {
-            Some((v, m)) => {
-                target = sum(&target, v);
-                made_of = sum(&made_of, m);
-            }
-            None => left.push(target.remove(0)),
-        }
-    }
-    made_of.into_iter().map(|i| i as usize).collect()
-}
-
-/// The sum of two sorted sets modulo two.
-fn sum(a: &[u32], b: &[u32]) -> Vec<u32> {
-    odd_ones([a, b].concat())
-}
-
-/// Every curve with as many edges as it is to have.
-fn redivided(complex: &MidComplex, mut curves: Vec<Curve>, placer: &dyn Placer) -> MidComplex {
-    let before = folded(complex).len();
-    let mut stars = complex.stars();
-    let mut new = complex.clone();
-    let mut gone: BTreeSet<TriangleId> = BTreeSet::new();
-    let old: Vec<Vec<DVec3>> = (curves.iter())
-        .map(|c| c.nodes.iter().map(|&n| complex.nodes[n].point).collect())
-        .collect();
-    for curve in &mut curves {
-        while curve.count() < curve.target() {
-            split(&mut new, &mut stars, curve);
-        }
-        while curve.count() > curve.target() && contract(&mut new, &mut stars, &mut gone, curve) {}
-    }
-    let plain = new.clone();
-    for (curve, line) in curves.iter().zip(&old) {
-        spread(&mut new, line, curve, placer);
-    }
-    let living = |c: &MidComplex| living(c, &gone);
-    if folded(&living(&new)).len() <= before {
-        return living(&new);
-    }
-    // Curve by curve: where nodes fold a triangle they stay as they were.
-    let folds: BTreeSet<[u64; 3]> = {
-        let spread = living(&new);
-        let corners = |t: TriangleId| spread.corners(&spread.triangles[t]);
-        (folded(&spread).into_iter())
-            .flat_map(corners)
-            .map(|p| p.to_array().map(f64::to_bits))
-            .collect()
-    };
-    for curve in &curves {
-        let at = |n: &NodeId| new.nodes[*n].point.to_array().map(f64::to_bits);
-        if curve.nodes.iter().any(|n| folds.contains(&at(n))) {
-            for &n in &curve.nodes {
-                new.nodes[n].point = plain.nodes[n].point;
-            }
-        }
-    }
-    if folded(&living(&new)).len() <= before {
-        living(&new)
-    } else {
-        living(&plain)
-    }
-}
-
-/// The complex without these triangles, and without nodes that no triangle has.
-fn living(complex: &MidComplex, gone: &BTreeSet<TriangleId>) -> MidComplex {
-    let mut used = IndexVec::<NodeId, bool>::filled(false, complex.nodes.len());
-    let kept: Vec<MidTriangle> = (complex.triangles.enumerated())
-        .filter(|(t, _)| !gone.contains(t))
-        .map(|(_, t)| *t)
-        .collect();
-    for n in kept.iter().flat_map(|t| t.nodes) {
-        used[n] = true;
-    }
-    let mut new = MidComplex::default();
-    let names: IndexVec<NodeId, Option<NodeId>> = (complex.nodes.enumerated())
-        .map(|(id, node)| used[id].then(|| new.nodes.push(node.clone())))
-        .collect();
-    for t in kept {
-        let nodes = t.nodes.map(|n| names[n].unwrap_or(n));
-        new.triangles.push(MidTriangle { nodes, ..t });
-    }
-    new
-}
-
-/// The living triangles at each node.
-type Stars = IndexVec<NodeId, SmallVec<[TriangleId; 8]>>;
-
-/// Splits the longest edge of a curve.
-fn split(complex: &mut MidComplex, stars: &mut Stars, curve: &mut Curve) {
-    let length = |i: usize| {
-        let [a, b] = [i, i + 1].map(|i| complex.nodes[curve.nodes[i]].point);
-        a.distance(b)
-    };
-    let longest = (1..curve.count()).fold(0, |best, i| {
-        // Of equal ones rounding must not decide.
-        if length(i) > length(best) * (1.0 + 1e-9) {
-            i
-        } else {
-            best
-        }
-    });
-    let [a, b] = [curve.nodes[longest], curve.nodes[longest + 1]];
-    let both = [a, b].map(|n| complex.nodes[n].clone());
-    let mut supports: Supports = (both[0].supports.iter().copied())
-        .filter(|s| both[1].supports.contains(s))
-        .collect();
-    let at: Vec<TriangleId> = (stars[a].iter().copied())
-        .filter(|&t| complex.triangles[t].nodes.contains(&b))
-        .collect();
-    for &t in &at {
-        supports.push(Support::Mid(complex.triangles[t].wall));
-    }
-    supports.sort_unstable();
-    supports.dedup();
-    let middle = complex.nodes.push(MidNode {
-        point: (both[0].point + both[1].point) / 2.0,
-        supports,
-    });
-    stars.push(SmallVec::new());
-    for t in at {
-        let mut other = complex.triangles[t];
-        let swap = |n: NodeId, gone: NodeId| if n == gone { middle } else { n };
-        other.nodes = other.nodes.map(|n| swap(n, a));
-        complex.triangles[t].nodes = complex.triangles[t].nodes.map(|n| swap(n, b));
-        let id = complex.triangles.push(other);
-        stars[b].retain(|s| *s != t);
-        stars[middle].extend([t, id]);
-        for n in other.nodes.into_iter().filter(|n| *n != middle) {
-            stars[n].push(id);
-        }
-    }
-    curve.nodes.insert(longest + 1, middle);
-}
-
-/// Takes one node of a curve away, that with the shortest edges first; whether one could go.
-fn contract(
-    complex: &mut MidComplex,
-    stars: &mut Stars,
-    gone: &mut BTreeSet<TriangleId>,
-    curve: &mut Curve,
-) -> bool {
-    let point = |n: NodeId| complex.nodes[n].point;
-    let mut inner: Vec<usize> = (1..curve.count()).collect();
-    let around = |i: &usize| {
-        let [a, b, c] = [i - 1, *i, i + 1].map(|i| point(curve.nodes[i]));
-        a.distance(b) + b.distance(c)
-    };
-    inner.sort_by(|a, b| around(a).total_cmp(&around(b)).then(a.cmp(b)));
-    for i in inner {
-        let node = curve.nodes[i];
-        for to in [curve.nodes[i - 1], curve.nodes[i + 1]] {
-            if !may_go(complex, stars, node, to) {
-                continue;
-            }
-            for t in std::mem::take(&mut stars[node]) {
-                let nodes = complex.triangles[t].nodes;
-                if nodes.contains(&to) {
-                    gone.insert(t);
-                    nodes.iter().for_each(|&n| stars[n].retain(|s| *s != t));
-                } else {
-                    complex.triangles[t].nodes = nodes.map(|n| if n == node { to } else { n });
-                    stars[to].push(t);
-                }
-            }
-            curve.nodes.remove(i);
-            return true;
-        }
-    }
-    false
-}
-
-/// Whether a node may be drawn into a neighbour: the link condition holds, and no triangle turns over.
-fn may_go(complex: &MidComplex, stars: &Stars, node: NodeId, to: NodeId) -> bool {
-    let others = |n: NodeId| -> BTreeSet<NodeId> {
-        let corners = stars[n].iter().flat_map(|&t| complex.triangles[t].nodes);
-        corners.filter(|m| *m != n).collect()
-    };
-    let apexes: BTreeSet<NodeId> = (stars[node].iter())
-        .filter(|&&t| complex.triangles[t].nodes.contains(&to))
-        .flat_map(|&t| complex.triangles[t].nodes)
-        .filter(|n| *n != node && *n != to)
-        .collect();
-    let common: BTreeSet<NodeId> = others(node).intersection(&others(to)).copied().collect();
-    common == apexes
-        && stars[node].iter().all(|&t| {
-            let triangle = &complex.triangles[t];
-            let nodes = triangle.nodes.map(|n| if n == node { to } else { n });
-            let moved = MidTriangle { nodes, ..*triangle };
-            triangle.nodes.contains(&to)
-                || complex
-                    .area_vector(&moved)
-                    .dot(complex.area_vector(triangle))
-                    > 0.0
-        })
-}
-
-/// Nodes of a curve moved along it: all edges equally long, or as they were but for the difference in their number.
-fn spread(new: &mut MidComplex, line: &[DVec3], curve: &Curve, placer: &dyn Placer) {
-    let old = line.len() - 1;
-    if !curve.even && old == curve.count() {
-        return;
-    }
-    // How far along the curve each of its old nodes lies.
-    let mut along = vec![0.0];
-    for pair in line.windows(2) {
-        let step = if curve.even {
-            pair[0].distance(pair[1])
-        } else {
-            1.0
-        };
-        along.push(along[along.len() - 1] + step);
-    }
-    let whole = along[old];
-    for (j, &n) in curve.nodes.iter().enumerate().take(curve.count()).skip(1) {
-        let far = whole * j as f64 / curve.count() as f64;
-        let i = (along.partition_point(|&a| a <= far) - 1).min(old - 1);
-        let share = (far - along[i]) / (along[i + 1] - along[i]);
-        let start = line[i].lerp(line[i + 1], share);
-        let placed = placer.place(start, &new.nodes[n].supports);
-        // A place far off is another branch of the surface.
-        let near = placed.is_finite() && placed.distance(start) < line[i].distance(line[i + 1]);
-        new.nodes[n].point = if near { placed } else { start };
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::model::complex::MidNode;
     use crate::model::ids::PinId;
     use crate::stage::test_shapes::{self as shapes, Stay};
+    use std::collections::BTreeSet;
 
     fn odd_sheets(complex: &MidComplex) -> usize {
         let edges = complex.edges();
@@ -564,16 +314,5 @@ mod tests {
                 assert_eq!(kept.point, plate.nodes[n].point);
             }
         }
-    }
-
-    #[test]
-    fn columns_add_up_to_the_target_where_they_can() {
-        // Two sheets, both odd: a shared curve mends both at once.
-        assert_eq!(chosen(&[vec![0, 1], vec![0]], vec![0, 1]), [0]);
-        // Only the first is odd, and its own curve comes later.
-        assert_eq!(chosen(&[vec![0, 1], vec![0]], vec![0]), [1]);
-        assert_eq!(chosen(&[vec![0, 1], vec![0]], vec![1]), [0, 1]);
-        // Nothing reaches sheet 2; the rest is mended.
-        assert_eq!(chosen(&[vec![0]], vec![0, 2]), [0]);
     }
 }

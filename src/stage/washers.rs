@@ -151,12 +151,6 @@ impl Plan {
         self.rings
             .retain(|_| number.next().is_none_or(|i| !lost.contains(&i)));
     }
-
-    /// Leaves out all washers.
-    pub fn leave_out_all(&mut self) {
-        let all: Vec<usize> = (0..self.rings.len()).collect();
-        self.leave_out(&all);
-    }
 }
 
 /// Finds the holes and how wide their rings can be. `target` is the part's edge length, mm, `size` that at a place.

@@ -40,6 +40,7 @@ impl Frame {
 pub(super) struct Directed<'a> {
     patch: &'a Patch,
     cross: Cross,
+    least: f64,
     /// #C the field's directions and the lengths along them.
     corners: Vec<Frame>,
 }
@@ -70,12 +71,14 @@ impl<'a> Directed<'a> {
             for c in [a, b] {
                 let frame = &mut corners[c as usize];
                 let k = frame.which(step);
-                if frame.ways[k].dot(step).abs() < ALONG * step.length() {
-                    continue;
-                }
-                // Beside it they keep the ratio that is wanted there.
+                // Beside an edge the ratio stays that is wanted there; at a slant to it there is none.
                 let ratio = raw[c as usize][1 - k] / raw[c as usize][k];
-                let ratio = if ratio.is_finite() { ratio } else { 1.0 };
+                let slant = frame.ways[k].dot(step).abs() < ALONG * step.length();
+                let ratio = if slant || !ratio.is_finite() {
+                    1.0
+                } else {
+                    ratio
+                };
                 for (i, length) in [(k, step.length()), (1 - k, step.length() * ratio)] {
                     frame.lengths[i] = frame.lengths[i].min(length);
                 }
@@ -88,6 +91,7 @@ impl<'a> Directed<'a> {
         known.then_some(Self {
             patch,
             cross,
+            least: (corners.iter().flat_map(|f| f.lengths)).fold(f64::INFINITY, f64::min),
             corners,
         })
     }
@@ -109,6 +113,11 @@ impl<'a> Directed<'a> {
             ways,
             lengths: lengths.map(|l| surface.snap.value(l)),
         }
+    }
+
+    /// The least length anywhere, mm.
+    pub(super) fn least(&self) -> f64 {
+        self.least
     }
 
     /// How many squares an old triangle holds, by the mean lengths of its corners.

@@ -54,9 +54,10 @@ impl Queue {
     }
 }
 
-/// Rank of a point among squares of some size, two to the doubling: bends come before the flats beside them, so that rows along them are whole.
-fn rank(size: f64) -> i32 {
-    (2.0 * size.log2()).floor() as i32
+/// Rank of a point by its size over the least of all, two to the doubling: bends come before the flats beside them, so that rows along them are whole.
+fn rank(ratio: f64) -> i32 {
+    // A hair up, so that rounding cannot put the least itself below.
+    (2.0 * ratio.log2() + 1e-6).floor() as i32
 }
 
 /// The wanted edge lengths.
@@ -108,7 +109,7 @@ pub(super) fn seeds(
         for (i, p) in places.iter().enumerate() {
             if let Some(spot) = surface.locate(*p) {
                 let [u, v] = squares.at(surface, &spot).lengths;
-                queue.push(i as u32, DVec2::ZERO, rank(u.min(v)));
+                queue.push(i as u32, DVec2::ZERO, rank(u.min(v) / squares.least()));
             }
         }
     } else {
@@ -248,11 +249,7 @@ impl Front<'_> {
         let id = self.points.len() as u32;
         self.points.push(Point { place, size });
         self.grid.add(id, place, place);
-        let rank = if self.squares.is_some() {
-            rank(size)
-        } else {
-            0
-        };
+        let rank = (self.squares).map_or(0, |squares| rank(size / squares.least()));
         queue.push(id, direction, rank);
     }
 }

@@ -3,11 +3,12 @@
 //! **In** a complex whose sheets were meshed with the halves of squares, with an even number of triangles each. **Out** the same sheets with other nodes inside, still as
 //! triangles, and the edges that halve quads.
 //!
-//! Sheet by sheet: triangles are paired (a matching: Remacle et al. 2012, "Blossom-Quad", doi:10.1002/nme.3279), single ones carried to one another (`transport`), nodes
+//! Sheet by sheet: triangles are paired (a matching: Remacle et al. 2012, "Blossom-Quad", doi:10.1002/nme.3279), single ones carried to one another (`transport`) or joined by a row of new
+//! quads (`insert`), nodes
 //! brought nearer to four quads each (`valence`), free nodes smoothed (`smooth`) and put onto the exact mid-surface.
 //!
-//! **Guarantees.** Feature curves with their nodes, topology and walls stay; nothing is turned over that was not before; the same for any number of threads.
-//! A quad that comes out bad is two triangles. **Limits.** Nodes on curves do not move: where they are spaced badly, so are the quads beside them.
+//! **Guarantees.** Feature curves with the number of their nodes, topology and walls stay; nodes of curves slide along them (`slide`), corners stay; nothing is turned over that
+//! was not before; the same for any number of threads. A quad that comes out bad is two triangles. **Limits.** How many nodes a curve has is settled before.
 //! **Cost.** Smoothing dominates: some fifty sweeps with a search for the nearest point a node.
 
 mod cells;

@@ -5,8 +5,8 @@
 //! (Remacle et al., "Blossom-Quad", doi:10.1002/nme.3279).
 //!
 //! Guarantees: no quad folds a mesh that was not folded; Euler characteristic, pieces, rims, junctions, creases, sheets, order of sheets and element normals are kept; no quad is
-//! caved in or turned over; with [`ElementShape::Mixed`] every quad is a good one by the profile; with [`ElementShape::Quad`] no other pairing
-//! of these triangles within the limits of solvers has more quads. Thickness stays at its corner; where two triangles disagree at a corner
+//! caved in or turned over; with [`ElementShape::Mixed`] every quad is a good one by the profile's criteria (not by its limits of single metrics); with [`ElementShape::Quad`] no other pairing
+//! of these triangles beside the given edges has more quads within the limits of solvers. Thickness stays at its corner; where two triangles disagree at a corner
 //! that they share, the quad takes the mean.
 //! Limits: nodes do not move, so that quads are no better than the triangles let them be.
 

@@ -7,6 +7,7 @@ use super::smooth::{Effort, mean_edge, smooth};
 use super::stretch::{stretches, undone};
 use super::transport::transport;
 use super::valence::clean_up;
+use crate::geom::fold;
 use crate::geom::placer::Placer;
 use crate::geom::quality::quad_quality;
 use crate::model::complex::{MidComplex, MidEdge, Support, pin};
@@ -18,8 +19,6 @@ use std::collections::BTreeSet;
 
 /// Rounds of pairing up single triangles and cleaning up: what one round left in the way the next may pass.
 const ROUNDS: usize = 2;
-/// Triangles of one wall that meet at a sharper turn keep their common edge: as in patches, 40 degrees.
-const FOLD_COS: f64 = 0.766;
 /// A pair with an angle of no use to a solver, or turned over, is none.
 const USABLE: f64 = 0.1;
 /// A node may be put this far from where smoothing left it, in mean edge lengths: further is another branch of the surface.
@@ -60,7 +59,7 @@ pub(super) struct Made {
 pub(super) fn is_fold(complex: &MidComplex, edge: &MidEdge) -> bool {
     let [s, t] = [0, 1].map(|i| &complex.triangles[edge.triangles[i]]);
     let [n, m] = [s, t].map(|t| complex.area_vector(t).normalize_or_zero());
-    s.runs(edge.ends) == t.runs(edge.ends) || n.dot(m) < FOLD_COS
+    s.runs(edge.ends) == t.runs(edge.ends) || fold::is_fold(n, m)
 }
 
 impl Sheet {

@@ -130,14 +130,13 @@ impl Hole {
             return None;
         }
         plane.origin = plane.space(centre, 0.0);
-        let outside = |t: &&TriangleId| {
-            let apex = live.triangle(**t).map_or(0.0, |t| {
-                let away = t.nodes.map(|n| plane.flat(live.point(n)).length());
-                away.into_iter().fold(0.0, f64::max)
-            });
-            apex > radius * (1.0 + ROUND)
+        // Wound the same way as the ring, a sheet outside it runs against it; one inside is a disc.
+        let outside = |e: &[NodeId; 2]| {
+            let t = live.at_edge(*e).first().copied();
+            t.and_then(|t| live.triangle(t))
+                .is_some_and(|t| !t.runs(*e))
         };
-        if 2 * beside.iter().filter(outside).count() < beside.len() {
+        if 2 * edges(&ring).iter().filter(|e| outside(e)).count() < ring.len() {
             return None;
         }
         let tilt = tilts.into_iter().fold(0.0, f64::max);

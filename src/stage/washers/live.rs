@@ -1,13 +1,11 @@
 //! A complex whose triangles come and go, with those at every node.
 
+use crate::geom::fold::is_fold;
 use crate::model::complex::{MidComplex, MidNode, MidTriangle};
 use crate::model::ids::{IndexVec, NodeId, TriangleId};
 use crate::model::washer::RoomEnd;
 use glam::DVec3;
 use smallvec::SmallVec;
-
-/// Two triangles of a wall that meet at a sharper turn meet in a bend: as in patches, 40 degrees.
-const FOLD_COS: f64 = 0.766;
 
 /// What lies on the other side of an edge of a triangle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -92,7 +90,7 @@ impl Live {
             return Across::End(RoomEnd::Rim);
         };
         let [n, m] = [s, t].map(|t| self.area(t).normalize_or_zero());
-        let smooth = a.wall == b.wall && a.runs(edge) != b.runs(edge) && n.dot(m) > FOLD_COS;
+        let smooth = a.wall == b.wall && a.runs(edge) != b.runs(edge) && !is_fold(n, m);
         if smooth {
             Across::Sheet(if s == from { t } else { s })
         } else {
