@@ -206,6 +206,30 @@ def quads_text(rows):
     return "\n\n".join(blocks)
 
 
+def triangles_row(part, a, folder):
+    status, seconds, told, _, said = mesh(part, a, folder, "-q", "--threads", str(a.threads))
+    print(f"{part.stem} in triangles: {status} in {seconds:.1f} s", file=sys.stderr, flush=True)
+    if not told:
+        return dict(part=part.stem, status=status, why=said if status is None else first_cause(said).replace(str(part), part.name))
+    quality = told["quality"]
+    least = next(m for m in quality["metrics"] if m["name"] == "triangle.min_angle_deg")["min"]
+    return dict(part=part.stem, status=status, triangles=quality["triangles"], passed=quality["pass_share"], least=least, failures=dict(quality["failures"]))
+
+
+def triangles_text(rows):
+    """how many triangles break which criterion, over all parts and part by part"""
+    made = [r for r in rows if "triangles" in r]
+    total = max(1, sum(r["triangles"] for r in made))
+    broken = Counter()
+    for r in made:
+        broken.update(r["failures"])
+    summary = [["parts meshed", f"{len(made)} of {len(rows)}"], ["triangles", total],
+               ["within profile `shell`", percent(sum(r["passed"] * r["triangles"] for r in made) / total)]]
+    summary += [[f"beyond the limit of {name}", percent(count / total)] for name, count in broken.most_common()]
+    line = lambda r: [r["part"], r["status"], r["triangles"], percent(r["passed"]), f"{r['least']:.1f}"]
+    return "\n\n".join([table(["all parts", ""], summary), table(["part", "status", "triangles", "within profile `shell`", "least angle, deg"], map(line, made))])
+
+
 def gmsh_seconds(part, size, folder):
     """wall time and elements of `gmsh PART -2` with this size as the greatest, in one thread"""
     gmsh = os.environ.get("MIDSHELL_GMSH", "gmsh")
@@ -241,6 +265,7 @@ def main():
     p.add_argument("--parts", nargs="+", default=[], help="CAD files or folders of them")
     p.add_argument("--time", nargs="+", default=[], help="parts to time by stage, beside gmsh")
     p.add_argument("--quads", nargs="+", default=[], help="parts, or folders of them, to mesh in quads")
+    p.add_argument("--triangles", nargs="+", default=[], help="parts, or folders of them, whose triangles are held against the criteria")
     p.add_argument("--midshell", default=str(ROOT / "target/release/midshell"), help="the binary")
     p.add_argument("--page", type=Path, help="the page to write into")
     p.add_argument("--verdicts", type=Path, help="CSV of a judge of your own: part, verdict")
@@ -250,8 +275,8 @@ def main():
     p.add_argument("--threads", type=int, default=2, help="threads a part")
     p.add_argument("--limit", type=float, default=120, help="seconds a part")
     a = p.parse_args()
-    if not (a.parts or a.time or a.results or a.quads):
-        p.error("nothing to do: name --parts, --results, --quads or --time")
+    if not (a.parts or a.time or a.results or a.quads or a.triangles):
+        p.error("nothing to do: name --parts, --results, --quads, --triangles or --time")
     texts = {}
     page = a.page.read_text() if a.page else ""
     with tempfile.TemporaryDirectory() as folder:
@@ -275,6 +300,9 @@ def main():
         if a.quads:
             with ThreadPoolExecutor(a.jobs) as pool:
                 texts["quad corpus"] = quads_text(list(pool.map(lambda part: quads_row(part, a, folder), parts_of(a.quads))))
+        if a.triangles:
+            with ThreadPoolExecutor(a.jobs) as pool:
+                texts["triangle corpus"] = triangles_text(list(pool.map(lambda part: triangles_row(part, a, folder), parts_of(a.triangles))))
     for name, text in texts.items():
         marked = re.compile(rf"(<!-- {name} -->\n).*?(<!-- end of {name} -->)", re.S)
         if not a.page:
