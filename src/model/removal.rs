@@ -93,4 +93,7 @@ pub enum Obstacle {
     /// Sheets of its own stand on the wall.
     #[error("walls of its own stand there that cannot be left out")]
     Walls,
+    /// All that was to be taken out together would have changed the part in other ways too.
+    #[error("taken out with the others it would change more than itself")]
+    Together,
 }

@@ -54,7 +54,7 @@ pub(super) fn mesh_solid(
     dump.import(piece)?;
     let as_read = midsurface::mid_surface(seen, clock)?;
     dump.mid_surface(piece, &as_read)?;
-    let without = small::plain(brep, &as_read, &options.small, clock)?;
+    let without = small::plain(brep, &as_read, &options.small, clock);
     let (brep, found) = match &without {
         Some(plain) => (&plain.brep, &plain.found),
         None => (brep, &as_read),
