@@ -40,7 +40,7 @@ pub struct Cli {
 pub enum Verb {
     /// Mesh the mid-surface of a part
     #[command(after_help = after_help())]
-    Mesh(MeshArgs),
+    Mesh(Box<MeshArgs>),
     /// Show what a part is made of: solids, faces, walls, thickness, sheets, junctions, lumps
     Inspect(InspectArgs),
     /// Judge a shell mesh, whoever made it: element quality, free edges, T-connections, duplicates, normals; against its solid, if that is given

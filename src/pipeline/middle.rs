@@ -12,9 +12,15 @@ use rayon::prelude::*;
 
 /// Edges of quads that follow a bend, as a share of those of triangles.
 const SQUARE_AT_BENDS: f64 = 0.75;
-/// Edges along a bend may be so many times as long as those across it: half the quads of equal edges (on five parts 17,400 instead of 26,000; with 4 they are 15,700, but rows
-/// beside each other no longer fit, and one quad in ten is warped).
-const LONGEST: f64 = 2.5;
+/// The same across a bend along which edges are longer: these never lie quite along, and what they leave the wall by for that must fit in.
+const LONG_AT_BENDS: f64 = 0.55;
+/// Edges along a bend may be so many times as long as those across it; with 2.5 the fixtures' bends leave the middle by 0.5 to 1 % of the thickness, with 4 rows beside each
+/// other no longer fit, and one quad in ten is warped.
+const LONGEST: f64 = 2.0;
+/// Edges are longer along a bend where it alone asks for edges shorter than this share of the wanted length: in gentler ones little is gained.
+const TIGHT: f64 = 0.5;
+/// What an edge along leaves the wall by comes on top of what one across does: of the share that is allowed it takes one in so many.
+const SLIGHT: f64 = 8.0;
 
 /// The mid-surfaces, held in the material where sheets would leave it otherwise.
 #[derive(Clone, Debug)]
@@ -80,22 +86,27 @@ impl<'a> Middle<'a> {
         move |p, w| {
             let (size, target) = self.wanted(sizing, p, w);
             // Where the wall bends, a square has to be smaller than a triangle to leave it as little: its diagonal is longer.
-            let share = SQUARE_AT_BENDS.lerp(1.0, (size / target).clamp(0.0, 1.0));
-            let across = (size * share).max(sizing.least.min(target));
-            let Some((axis, radius)) = walls.lengthwise(p, w) else {
-                return Lengths::equal(across);
+            let across = |share: f64| {
+                let share = share.lerp(1.0, (size / target).clamp(0.0, 1.0));
+                (size * share).max(sizing.least.min(target))
             };
-            let sizing = Sizing { target, ..*sizing };
             let thickness = walls.mean_thickness(w);
-            let along = sizing
-                .at(radius, thickness)
-                .min(sizing.at_step(walls.step_radius(p, w), thickness))
-                .clamp(across, LONGEST * across);
-            Lengths {
-                axis,
-                along,
-                across,
-            }
+            let along = |(axis, radius)| {
+                let sizing = Sizing { target, ..*sizing };
+                let most = sizing
+                    .at(radius / SLIGHT, thickness)
+                    .min(sizing.at_step(walls.step_radius(p, w), thickness));
+                let across = across(LONG_AT_BENDS);
+                let along = LONGEST * across;
+                (size < TIGHT * target && along <= most).then_some(Lengths {
+                    axis,
+                    along,
+                    across,
+                })
+            };
+            (walls.lengthwise(p, w))
+                .and_then(along)
+                .unwrap_or_else(|| Lengths::equal(across(SQUARE_AT_BENDS)))
         }
     }
 
