@@ -80,7 +80,7 @@ pub trait Placer: Sync {
     /// Radius of the tightest curvature of the wall's mid-surface near `point`, mm; infinite where it is flat.
     fn curvature_radius(&self, point: DVec3, wall: WallId) -> f64;
 
-    /// Unit direction in which the wall's mid-surface bends least near `point`, and the radius of that, mm; `None` where it does not bend at all, or nothing is known.
+    /// Unit direction in which the wall bends least near `point`, and the radius of its mid-surface that way, mm; `None` where it does not bend as a whole, or nothing is known.
     fn lengthwise(&self, point: DVec3, wall: WallId) -> Option<(DVec3, f64)> {
         let _ = (point, wall);
         None

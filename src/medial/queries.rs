@@ -102,6 +102,10 @@ impl Placer for Medial<'_> {
         }
         let [a, b] = self.feet(point, wall)?;
         let [k, l] = [a, b].map(|f| self.ground.bends[f.facet]);
+        // Where not one side bulges and the other is hollow, as in a bend, it is the thickness that changes.
+        if k.most * l.most >= 0.0 {
+            return None;
+        }
         let (foot, bend) = if k.most.abs() >= l.most.abs() {
             (a, k)
         } else {
