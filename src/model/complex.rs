@@ -118,6 +118,22 @@ pub struct MidEdge {
 }
 
 impl MidComplex {
+    /// The same without nodes that no triangle has; the others keep their order.
+    pub fn without_orphans(mut self) -> Self {
+        let mut used = IndexVec::<NodeId, bool>::filled(false, self.nodes.len());
+        for n in self.triangles.iter().flat_map(|t| t.nodes) {
+            used[n] = true;
+        }
+        let mut nodes = IndexVec::new();
+        let names: IndexVec<NodeId, Option<NodeId>> = (self.nodes.enumerated())
+            .map(|(id, node)| used[id].then(|| nodes.push(node.clone())))
+            .collect();
+        for t in self.triangles.iter_mut() {
+            t.nodes = t.nodes.map(|n| names[n].unwrap_or(n));
+        }
+        Self { nodes, ..self }
+    }
+
     /// All edges in order of their ends.
     pub fn edges(&self) -> Vec<MidEdge> {
         // Sorted by the lower end through counting, which leaves short lists to sort by the other.

@@ -18,7 +18,7 @@ mod walls;
 
 use crate::model::brep::{Brep, Facet};
 use crate::model::complex::{MidComplex, MidNode, MidTriangle, Support, Supports};
-use crate::model::ids::{FaceId, FacetId, IndexVec, NodeId, WallId};
+use crate::model::ids::{FaceId, FacetId, NodeId, WallId};
 use crate::model::removal::{Left, Obstacle, Removal, SmallKind, SmallLimits};
 use crate::model::walls::{Aag, Pairing};
 use boundary::Skin;
@@ -219,30 +219,7 @@ fn carried_on(complex: &MidComplex, taken: &[Taken]) -> MidComplex {
         }
     }
     new.support_by_walls();
-    without_orphans(new)
-}
-
-/// The complex without nodes that no triangle has any more.
-fn without_orphans(complex: MidComplex) -> MidComplex {
-    let mut used = IndexVec::<NodeId, bool>::filled(false, complex.nodes.len());
-    for n in complex.triangles.iter().flat_map(|t| t.nodes) {
-        used[n] = true;
-    }
-    let mut nodes = IndexVec::new();
-    let named: IndexVec<NodeId, Option<NodeId>> = (complex.nodes.enumerated())
-        .map(|(id, node)| used[id].then(|| nodes.push(node.clone())))
-        .collect();
-    let renamed = |t: &MidTriangle| {
-        let [a, b, c] = t.nodes.map(|n| named[n]);
-        Some(MidTriangle {
-            nodes: [a?, b?, c?],
-            wall: t.wall,
-        })
-    };
-    MidComplex {
-        triangles: complex.triangles.iter().filter_map(renamed).collect(),
-        nodes,
-    }
+    new.without_orphans()
 }
 
 #[cfg(test)]

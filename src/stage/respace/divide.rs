@@ -62,23 +62,14 @@ pub(super) fn redivided(
 
 /// The complex without these triangles, and without nodes that no triangle has.
 fn living(complex: &MidComplex, gone: &BTreeSet<TriangleId>) -> MidComplex {
-    let mut used = IndexVec::<NodeId, bool>::filled(false, complex.nodes.len());
-    let kept: Vec<MidTriangle> = (complex.triangles.enumerated())
+    let kept = (complex.triangles.enumerated())
         .filter(|(t, _)| !gone.contains(t))
-        .map(|(_, t)| *t)
-        .collect();
-    for n in kept.iter().flat_map(|t| t.nodes) {
-        used[n] = true;
+        .map(|(_, t)| *t);
+    MidComplex {
+        nodes: complex.nodes.clone(),
+        triangles: kept.collect(),
     }
-    let mut new = MidComplex::default();
-    let names: IndexVec<NodeId, Option<NodeId>> = (complex.nodes.enumerated())
-        .map(|(id, node)| used[id].then(|| new.nodes.push(node.clone())))
-        .collect();
-    for t in kept {
-        let nodes = t.nodes.map(|n| names[n].unwrap_or(n));
-        new.triangles.push(MidTriangle { nodes, ..t });
-    }
-    new
+    .without_orphans()
 }
 
 /// The living triangles at each node.

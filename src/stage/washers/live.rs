@@ -119,14 +119,10 @@ impl Live {
 
     /// The triangles that are there, with the nodes that they have.
     pub fn finish(self) -> MidComplex {
-        let mut new = MidComplex::default();
-        let names: IndexVec<NodeId, Option<NodeId>> = (self.nodes.enumerated())
-            .map(|(id, node)| (!self.stars[id].is_empty()).then(|| new.nodes.push(node.clone())))
-            .collect();
-        for t in self.triangles.iter().flatten() {
-            let nodes = t.nodes.map(|n| names[n].unwrap_or(n));
-            new.triangles.push(MidTriangle { nodes, ..*t });
+        MidComplex {
+            nodes: self.nodes,
+            triangles: self.triangles.iter().flatten().copied().collect(),
         }
-        new
+        .without_orphans()
     }
 }
