@@ -1,5 +1,7 @@
 //! One sheet as cells of three or four nodes that may be exchanged for others, a few at a time, and put back.
 
+use super::usable::is_usable;
+use crate::geom::quality::quad_quality;
 use crate::spatial::Hint;
 use glam::DVec3;
 use smallvec::SmallVec;
@@ -66,6 +68,10 @@ pub(super) struct Undo {
 
 /// Cells inside a sheet at a node.
 const INSIDE: u8 = 4;
+/// A quad may be this good and needs no better: angles of 45 degrees have 0.71.
+pub(super) const GOOD: f64 = 0.75;
+/// A triangle is worth as much as a quad of this quality.
+const TRIANGLE: f64 = 0.4;
 
 impl Cells {
     /// Cells at these places.
@@ -130,6 +136,24 @@ impl Cells {
             return 0;
         }
         (count - i64::from(self.ideal[node as usize])).pow(2)
+    }
+
+    /// The same of a node inside a sheet with so many cells.
+    pub(super) fn irregularity_inside(count: i64) -> i64 {
+        (count - i64::from(INSIDE)).pow(2)
+    }
+
+    /// By how much a cell falls short of a good one. A triangle counts as a quad of poor quality; a quad of no use, which will be two, as both.
+    pub(super) fn shortfall(&self, cell: u32) -> f64 {
+        let quality = self.quality(cell);
+        match *self.corners(cell) {
+            _ if quality <= 0.0 => 2.0 * (GOOD - TRIANGLE) - quality,
+            [p, q, r, s] if quality < GOOD && !is_usable(&quad_quality([p, q, r, s])) => {
+                2.0 * (GOOD - TRIANGLE)
+            }
+            [_, _, _, _] => (GOOD - quality).max(0.0),
+            _ => GOOD - quality.min(TRIANGLE),
+        }
     }
 
     /// Nodes at which something has changed since this was last asked: all of them at first.
@@ -295,11 +319,6 @@ impl Cells {
         self.held.push(false);
         self.stars.push(Few::new());
         self.points.len() as u32 - 1
-    }
-
-    /// Takes the last node away, which has no cells.
-    pub(super) fn drop_node(&mut self) {
-        self.shorten(self.points.len() - 1);
     }
 
     /// Keeps the place of a node, so that `undo` can move it back.

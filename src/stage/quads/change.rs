@@ -1,7 +1,8 @@
 //! One change of a few cells: tried, settled, and kept only where it pays.
 
-use super::cells::{Cells, Few, Ground, Place, Ring, Undo};
+use super::cells::{Cells, Few, Ground, Ring, Undo};
 use super::smooth::{search, settle};
+use glam::DVec3;
 use smallvec::SmallVec;
 
 /// Sweeps over the nodes round a change before it is judged.
@@ -13,9 +14,17 @@ pub(super) struct Change {
     pub gone: Few,
     pub new: SmallVec<[Ring; 6]>,
     /// Nodes that are moved by it, and where to.
-    pub moved: SmallVec<[(u32, Place); 2]>,
-    /// How many nodes were added for it, the last ones.
-    pub added: usize,
+    pub moved: SmallVec<[(u32, DVec3); 2]>,
+    /// Nodes that it needs; they follow those that there are.
+    pub added: SmallVec<[NewNode; 2]>,
+}
+
+/// A node to be added.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct NewNode {
+    pub point: DVec3,
+    /// A node not far from it.
+    pub near: u32,
 }
 
 impl Change {
@@ -31,6 +40,23 @@ impl Change {
         all.dedup();
         all
     }
+
+    /// By how much nodes come nearer to the cells that they should have.
+    fn gain(&self, cells: &Cells, nodes: &[u32]) -> i64 {
+        let count = |rings: &mut dyn Iterator<Item = &Ring>, n: u32| {
+            rings.flatten().filter(|&&m| m == n).count() as i64
+        };
+        (nodes.iter())
+            .map(|&n| {
+                let gone = count(&mut self.gone.iter().map(|&c| cells.ring(c)), n);
+                let more = count(&mut self.new.iter(), n) - gone;
+                match cells.stars.get(n as usize) {
+                    Some(_) => cells.irregularity(n) - cells.irregularity_with(n, more),
+                    None => -Cells::irregularity_inside(more),
+                }
+            })
+            .sum()
+    }
 }
 
 /// What a change has to do for it to be kept.
@@ -42,48 +68,56 @@ pub(super) enum Want {
     Better(f64),
     /// No cell is worse than this, unless one was, whatever becomes of valences.
     Sound(f64),
+    /// Cells fall less short of good ones, all together, by as much.
+    Nearer(f64),
 }
 
 /// Makes a change and keeps it if it does what is wanted.
 pub(super) fn attempt(cells: &mut Cells, change: Change, want: Want, ground: &dyn Ground) -> bool {
     let nodes = change.nodes(cells);
-    let edges =
-        || (change.new.iter()).flat_map(|r| (0..r.len()).map(|k| (r[k], r[(k + 1) % r.len()])));
-    if edges().any(|(a, b)| !cells.may_join(a, b) && !cells.joined(a, b)) {
-        (0..change.added).for_each(|_| cells.drop_node());
+    let old = &nodes[..nodes.partition_point(|&n| (n as usize) < cells.points.len())];
+    let mut edges =
+        (change.new.iter()).flat_map(|r| (0..r.len()).map(|k| (r[k], r[(k + 1) % r.len()])));
+    if edges.any(|(a, b)| !cells.may_join(a, b) && !cells.joined(a, b)) {
         return false;
     }
-    let cost = |cells: &Cells| nodes.iter().map(|&n| cells.irregularity(n)).sum::<i64>();
-    let gaps: SmallVec<[i64; 16]> = nodes.iter().map(|&n| gap(cells, n)).collect();
-    let (cost_before, worst_before) = (cost(cells), worst_round(cells, &nodes));
-    let mut undo = cells.exchange(&change.gone, &change.new);
-    let sound = nodes
-        .iter()
-        .zip(&gaps)
-        .all(|(&n, &old)| is_sound(cells, n, old));
     let fits = match want {
-        Want::Regular(_) => cost(cells) < cost_before,
-        Want::Better(_) => cost(cells) <= cost_before,
-        Want::Sound(_) => true,
+        Want::Regular(_) => change.gain(cells, &nodes) > 0,
+        Want::Better(_) => change.gain(cells, &nodes) >= 0,
+        Want::Sound(_) | Want::Nearer(_) => true,
     };
-    if !(sound && fits) {
-        cells.take_back(undo, change.added);
+    if !fits {
         return false;
     }
-    for &(n, place) in &change.moved {
+    let added = change.added.len();
+    let gaps: SmallVec<[i64; 16]> = old.iter().map(|&n| gap(cells, n)).collect();
+    let worst_before = worst_round(cells, old);
+    let short_before = shortfall_round(cells, old);
+    for new in &change.added {
+        cells.add_node(ground.foot(new.point, cells.place(new.near).hint));
+    }
+    let mut undo = cells.exchange(&change.gone, &change.new);
+    let gaps = gaps.into_iter().chain(std::iter::repeat(0));
+    let sound = (nodes.iter().zip(gaps)).all(|(&n, gap)| is_sound(cells, n, gap));
+    if !sound {
+        cells.take_back(undo, added);
+        return false;
+    }
+    for &(n, point) in &change.moved {
         cells.remember(&mut undo, n);
-        cells.put(n, place);
+        cells.put(n, ground.foot(point, cells.place(n).hint));
     }
     settle_round(cells, &nodes, &mut undo, ground);
     let worst = worst_round(cells, &nodes);
     let kept = match want {
         Want::Regular(least) | Want::Sound(least) => worst >= least.min(worst_before),
         Want::Better(gain) => worst > worst_before + gain,
+        Want::Nearer(gain) => shortfall_round(cells, &nodes) < short_before - gain,
     };
     if kept {
         nodes.iter().for_each(|&n| cells.refresh(n));
     } else {
-        cells.take_back(undo, change.added);
+        cells.take_back(undo, added);
     }
     kept
 }
@@ -102,6 +136,14 @@ fn around(cells: &Cells, nodes: &[u32]) -> SmallVec<[u32; 32]> {
 /// The least quality of the cells at these nodes.
 fn worst_round(cells: &Cells, nodes: &[u32]) -> f64 {
     cells.worst(&around(cells, nodes))
+}
+
+/// By how much the cells at these nodes fall short of good ones, all together.
+fn shortfall_round(cells: &Cells, nodes: &[u32]) -> f64 {
+    around(cells, nodes)
+        .iter()
+        .map(|&c| cells.shortfall(c))
+        .sum()
 }
 
 /// Settles the free ones of these nodes and of their neighbours.

@@ -6,7 +6,7 @@
 //! A quad with three of its nodes on a smooth boundary is two such triangles: a row round the far side of it relieves the straight angle.
 
 use super::cells::{Cells, Ground, Ring};
-use super::change::{Change, Want, attempt};
+use super::change::{Change, NewNode, Want, attempt};
 use std::cmp::Reverse;
 use std::collections::{BTreeMap, BinaryHeap};
 
@@ -26,7 +26,7 @@ pub(super) fn insert(cells: &mut Cells, ground: &dyn Ground) {
         if cells.lives[triangle as usize]
             && !cells.is_quad(triangle)
             && let Some(way) = way(cells, triangle, None)
-            && let Some(change) = row(cells, &way, ground)
+            && let Some(change) = row(cells, &way)
         {
             attempt(cells, change, Want::Sound(LEAST), ground);
         }
@@ -59,7 +59,7 @@ pub(super) fn relieve(cells: &mut Cells, ground: &dyn Ground) {
         let first = cells.rings.len() as u32;
         let undo = cells.exchange(&[cell], &halves);
         let relieved = way(cells, first, Some(first + 1))
-            .and_then(|way| row(cells, &way, ground))
+            .and_then(|way| row(cells, &way))
             .is_some_and(|change| attempt(cells, change, Want::Sound(least), ground));
         if !relieved {
             cells.take_back(undo, 0);
@@ -112,7 +112,7 @@ fn way(cells: &Cells, from: u32, twin: Option<u32>) -> Option<Vec<(u32, usize)>>
 }
 
 /// The cells of a way with a node in the middle of every side that it crosses.
-fn row(cells: &mut Cells, way: &[(u32, usize)], ground: &dyn Ground) -> Option<Change> {
+fn row(cells: &Cells, way: &[(u32, usize)]) -> Option<Change> {
     let mut change = Change {
         gone: way.iter().map(|w| w.0).collect(),
         ..Change::default()
@@ -125,9 +125,8 @@ fn row(cells: &mut Cells, way: &[(u32, usize)], ground: &dyn Ground) -> Option<C
         .collect();
     let first = cells.points.len() as u32;
     for &(a, b) in &middles {
-        let middle = (cells.points[a as usize] + cells.points[b as usize]) / 2.0;
-        cells.add_node(ground.foot(middle, cells.place(a).hint));
-        change.added += 1;
+        let point = (cells.points[a as usize] + cells.points[b as usize]) / 2.0;
+        change.added.push(NewNode { point, near: a });
     }
     // Whether the node on the side just crossed has an edge of its own: with two cells only it would be no node.
     let mut has_edge = false;
@@ -159,14 +158,8 @@ fn row(cells: &mut Cells, way: &[(u32, usize)], ground: &dyn Ground) -> Option<C
             _ => break,
         }
     }
-    if change.new.len() == 2 * way.len() - 2 && (has_edge || without_last(&mut change)) {
-        if !has_edge {
-            cells.drop_node();
-        }
-        return Some(change);
-    }
-    (0..change.added).for_each(|_| cells.drop_node());
-    None
+    let whole = change.new.len() == 2 * way.len() - 2;
+    (whole && (has_edge || without_last(&mut change))).then_some(change)
 }
 
 /// Takes the last new node away where nothing but the two cells of its side have it, as on a way that never goes straight: these become one. Whether they can.
@@ -190,7 +183,7 @@ fn without_last(change: &mut Change) -> bool {
         return false;
     };
     other[k] = apex;
-    change.added -= 1;
+    change.added.pop();
     true
 }
 

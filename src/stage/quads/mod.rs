@@ -5,7 +5,7 @@
 //!
 //! Sheet by sheet: triangles are paired (a matching: Remacle et al. 2012, "Blossom-Quad", doi:10.1002/nme.3279), single ones carried to one another (`transport`) or joined by a row of new
 //! quads (`insert`), nodes
-//! brought nearer to four quads each (`valence`), free nodes smoothed (`smooth`) and put onto the exact mid-surface.
+//! brought nearer to four quads each (`valence`), free nodes smoothed (`smooth`), what is still poor mended (`mend`), and nodes put onto the exact mid-surface.
 //!
 //! **Guarantees.** Feature curves with the number of their nodes, topology and walls stay; nodes of curves slide along them (`slide`), corners stay; nothing is turned over that
 //! was not before; the same for any number of threads. A quad that comes out bad is two triangles. **Limits.** How many nodes a curve has is settled before.
@@ -15,12 +15,15 @@ mod cells;
 mod change;
 mod insert;
 mod matching;
+mod mend;
+mod operations;
 mod paired;
 mod sheet;
 mod slide;
 mod smooth;
 mod stretch;
 mod transport;
+mod usable;
 mod valence;
 
 pub use paired::pair_quads;
@@ -31,6 +34,7 @@ use crate::model::complex::{EdgeKind, MidComplex, MidNode, MidTriangle, Support}
 use crate::model::ids::{IndexVec, NodeId, TriangleId};
 use cells::Cells;
 use glam::DVec3;
+use mend::mend;
 use rayon::prelude::*;
 use sheet::{Facets, Made, Owners, Sheet};
 use slide::Curves;
@@ -89,6 +93,9 @@ pub fn quads(mut complex: MidComplex, placer: &dyn Placer) -> Halves {
     let made: Vec<Option<Made>> = (sheets.par_iter().zip(&grounds).zip(&mut all))
         .map(|((sheet, ground), cells)| {
             smooth(cells, ground, Effort::Whole);
+            if mend(cells, ground) {
+                smooth(cells, ground, Effort::Whole);
+            }
             sheet.place(cells, placer);
             sheet.halved(cells)
         })

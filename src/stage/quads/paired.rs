@@ -11,6 +11,7 @@
 //! Limits: nodes do not move, so that quads are no better than the triangles let them be.
 
 use super::matching::{self, Edge};
+use super::usable::is_usable;
 use crate::geom::quality::{QuadQuality, quad_quality};
 use crate::model::element_shape::ElementShape;
 use crate::model::ids::{ElementId, Id, IndexVec, NodeId};
@@ -20,12 +21,6 @@ use glam::DVec3;
 use rayon::prelude::*;
 use std::collections::BTreeSet;
 
-/// Corner angles beyond which OptiStruct warns: no quad is worth having there.
-const ANGLES_DEG: [f64; 2] = [15.0, 165.0];
-/// Warp angle beyond which OptiStruct warns.
-const WARP_DEG: f64 = 30.0;
-/// Verdict's least acceptable scaled Jacobian of a quad; two triangles are better there.
-const JACOBIAN: f64 = 0.3;
 /// What a pair across two source faces is worth less: face sets stay clean where it costs little.
 const ACROSS_FACES: f64 = 0.7;
 
@@ -230,13 +225,6 @@ fn union(mesh: &ShellMesh, a: ElementId, b: ElementId, ends: [NodeId; 2]) -> Opt
     (across != t[apex]).then_some([first, across, second, t[apex]])
 }
 
-fn is_usable(q: &QuadQuality) -> bool {
-    q.min_angle_deg >= ANGLES_DEG[0]
-        && q.max_angle_deg <= ANGLES_DEG[1]
-        && q.warp_deg <= WARP_DEG
-        && q.scaled_jacobian >= JACOBIAN
-}
-
 fn is_good(q: &QuadQuality, profile: &Profile) -> bool {
     is_usable(q)
         && q.min_angle_deg >= profile.quad_angle_deg[0]
@@ -287,6 +275,7 @@ fn quad(mesh: &ShellMesh, candidate: &Candidate) -> Element {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use super::super::usable::JACOBIAN;
     use crate::geom::random::Pcg;
     use crate::model::ids::SheetId;
     use crate::test_parts::{element, plate_mesh, sheet};

@@ -3,9 +3,9 @@
 //! On a narrow strip nothing else can bring the nodes of one side opposite to those of the other. Nodes between corners slide by less than half of the way to their
 //! neighbours; all cells at a node, of every sheet, have to be as good as before, or good enough.
 
-use super::cells::{Cells, Place};
+use super::cells::{Cells, GOOD, Place};
 use super::sheet::Sheet;
-use super::smooth::{GOOD, wanted};
+use super::smooth::wanted;
 use crate::geom::curve_corner::is_within_curve;
 use crate::geom::placer::Placer;
 use crate::geom::triangle::nearest_on_segment;

@@ -3,9 +3,9 @@
 //! First the cells round a node each say where it would lie if they were the nearest square, or later the nearest rectangle (shape matching: Bouaziz et al. 2012,
 //! "Shape-Up", doi:10.1111/j.1467-8659.2012.03171.x), and it goes to the mean; bad cells weigh more. Where quads were laid long,
 //! squares are as long, and rectangles lie along. Then a pattern search at the nodes of what is still bad
-//! (Freitag & Ollivier-Gooch 1997). Nodes stay on the ground; the worst cell of a node never gets worse than what is good enough.
+//! (Freitag & Ollivier-Gooch 1997). Nodes stay on the ground; the worst cell of a node never gets worse than what is good enough (`cells::GOOD`).
 
-use super::cells::{Cells, Few, Ground, Place, quality};
+use super::cells::{Cells, Few, GOOD, Ground, Place, quality};
 use super::stretch::{done, undone};
 use glam::DVec3;
 use std::f64::consts::TAU;
@@ -15,8 +15,6 @@ const SQUARES: usize = 8;
 const RECTANGLES: usize = 24;
 /// A node that moved less than this share of the mean edge length at it sleeps until a neighbour moves more.
 const ASLEEP: f64 = 0.003;
-/// A cell may get worse down to this, if the mean of its neighbours gains: angles of 45 degrees have 0.71.
-pub(super) const GOOD: f64 = 0.75;
 /// Cells worse than this are worth a search.
 const WANTED: f64 = 0.85;
 /// Steps of the search, as shares of the mean edge length.

@@ -1,12 +1,10 @@
 //! Topological clean-up: changes of a few quads that bring nodes nearer to four quads each.
 //!
-//! Quads are collapsed along a diagonal, edges between two quads are turned, and nodes with many quads are opened into two with a quad between them
-//! (Kinney 1997, "CleanUp: improving quadrilateral finite element meshes"; Docampo-Sánchez & Haimes 2019). Only changes that pay are kept ([`super::change`]),
-//! so that the sweeps end.
+//! Every one of the [`super::operations`] is tried where a node has too few or too many; only changes that pay are kept ([`super::change`]), so that the sweeps end.
 
-use super::cells::{Cells, Ground, Ring};
+use super::cells::{Cells, Ground};
 use super::change::{Change, Want, attempt};
-use smallvec::{SmallVec, smallvec};
+use super::operations::{collapsed, opened, runs, turned};
 
 /// Sweeps over all cells; most gain comes with the first two.
 const SWEEPS: usize = 6;
@@ -57,169 +55,49 @@ fn is_odd(cells: &Cells, node: u32) -> bool {
     cells.irregularity(node) > 0
 }
 
-/// By how much nodes come nearer to the cells that they should have, where their numbers change by so many.
-fn gain(cells: &Cells, changes: &[(u32, i64)]) -> i64 {
-    (changes.iter())
-        .map(|&(n, more)| cells.irregularity(n) - cells.irregularity_with(n, more))
-        .sum()
-}
-
 /// Makes one node of two opposite ones of a quad.
 fn collapse(cells: &mut Cells, cell: u32, ground: &dyn Ground) -> bool {
     if !cells.lives[cell as usize] || !cells.is_quad(cell) {
         return false;
     }
-    for k in 0..4 {
-        let ring = cells.ring(cell);
-        let (a, c) = (ring[k], ring[(k + 2) % 4]);
-        let (b, d) = (ring[(k + 1) % 4], ring[(k + 3) % 4]);
-        // One node has the cells of both, less the one between them.
-        let more = cells.star(a).len() as i64 - 2;
-        let gain = gain(cells, &[(b, -1), (d, -1), (c, more)]) + cells.irregularity(a);
-        if cells.held[a as usize] || gain <= 0 {
-            continue;
-        }
-        if cells
-            .star(a)
-            .iter()
-            .any(|&o| o != cell && cells.ring(o).contains(&c))
-        {
-            continue;
-        }
-        let mut change = Change {
-            gone: cells.star(a).clone(),
-            ..Change::default()
-        };
-        if change.gone.iter().any(|&o| !cells.is_quad(o)) {
-            continue;
-        }
-        for &o in change.gone.iter().filter(|&&o| o != cell) {
-            let swap = |&n: &u32| if n == a { c } else { n };
-            change.new.push(cells.ring(o).iter().map(swap).collect());
-        }
-        if !cells.held[c as usize] {
-            let middle = (cells.points[a as usize] + cells.points[c as usize]) / 2.0;
-            change
-                .moved
-                .push((c, ground.foot(middle, cells.place(c).hint)));
-        }
-        if attempt(cells, change, Want::Regular(LEAST), ground) {
-            return true;
-        }
-    }
-    false
+    (0..4).any(|k| {
+        let quads = |change: &Change| change.gone.iter().all(|&o| cells.is_quad(o));
+        let change = collapsed(cells, cell, k).filter(quads);
+        change.is_some_and(|c| attempt(cells, c, Want::Regular(LEAST), ground))
+    })
 }
 
 /// Turns an edge between two quads to another diagonal of the hexagon that they make.
 fn turn(cells: &mut Cells, cell: u32, want: Want, ground: &dyn Ground) -> bool {
-    for k in 0..4 {
-        if !cells.lives[cell as usize] || !cells.is_quad(cell) {
-            return false;
-        }
-        let Some(other) = cells.across(cell, k).filter(|&o| cells.is_quad(o)) else {
-            continue;
-        };
-        let ring = cells.ring(cell).clone();
-        let [u, v, p, q] = [0, 1, 2, 3].map(|i| ring[(k + i) % 4]);
-        let Some(j) = cells.side(other, v, u) else {
-            continue;
-        };
-        let around = cells.ring(other);
-        let [r, s] = [2, 3].map(|i| around[(j + i) % 4]);
-        let ways: [([u32; 2], [Ring; 2]); 2] = [
-            ([p, r], [smallvec![p, q, u, r], smallvec![r, s, v, p]]),
-            ([q, s], [smallvec![q, u, r, s], smallvec![s, v, p, q]]),
-        ];
-        let open: SmallVec<[(i64, [Ring; 2]); 2]> = (ways.into_iter())
-            .filter(|([a, b], _)| a != b && !cells.joined(*a, *b))
-            .map(|([a, b], new)| (gain(cells, &[(u, -1), (v, -1), (a, 1), (b, 1)]), new))
-            .collect();
-        // Only a change for the better makes up for one that no valence gains by.
-        let least_gain = match want {
-            Want::Regular(_) => 1,
-            _ if cells.worst(&[cell, other]) < POOR => 0,
-            _ => continue,
-        };
-        for (gain, new) in open {
-            let change = Change {
-                gone: smallvec![cell, other],
-                new: new.into_iter().collect(),
-                ..Change::default()
-            };
-            if gain >= least_gain && attempt(cells, change, want, ground) {
-                return true;
-            }
-        }
+    if !cells.lives[cell as usize] || !cells.is_quad(cell) {
+        return false;
     }
-    false
+    (0..4).any(|k| {
+        (turned(cells, cell, k).into_iter()).any(|change| {
+            // Only a change for the better makes up for one that no valence gains by.
+            let worth = matches!(want, Want::Regular(_)) || cells.worst(&change.gone) < POOR;
+            worth && attempt(cells, change, want, ground)
+        })
+    })
 }
 
 /// Parts a node with many quads in two.
 fn open(cells: &mut Cells, node: u32, ground: &dyn Ground) -> bool {
-    let held = cells.held[node as usize];
-    for fan in cells.fans(node) {
-        let n = fan.len();
-        if fan.iter().any(|&c| !cells.is_quad(c)) {
-            continue;
-        }
-        // On a boundary the first and the last edge stay at the node.
-        let starts = if held { 1..n } else { 0..n };
-        for taken in OPENED {
-            if n < taken + 2 {
-                continue;
-            }
-            for i in starts.clone() {
-                if held && i + taken >= n {
-                    break;
-                }
-                let range: Vec<u32> = (0..taken).map(|d| fan[(i + d) % n]).collect();
-                if opened(cells, node, &range, ground) {
-                    return true;
-                }
-            }
-        }
-    }
-    false
-}
-
-/// Gives these neighbouring cells of a node, in their order round it, to a new node, with a quad between the two.
-fn opened(cells: &mut Cells, node: u32, range: &[u32], ground: &dyn Ground) -> bool {
-    let beside = |cell: Option<&u32>, ahead: usize| {
-        let ring = cells.ring(*cell?);
-        let k = ring.iter().position(|&n| n == node)?;
-        Some(ring[(k + ahead) % 4])
-    };
-    let (Some(right), Some(left)) = (beside(range.first(), 1), beside(range.last(), 3)) else {
-        return false;
-    };
-    let taken = range.len() as i64;
-    let new_node = (taken + 1 - 4).pow(2);
-    if gain(cells, &[(right, 1), (left, 1), (node, 1 - taken)]) <= new_node {
-        return false;
-    }
-    let far = |c: &u32| beside(Some(c), 2).map(|n| cells.points[n as usize]);
-    let home = cells.points[node as usize];
-    let mean = range.iter().filter_map(far).sum::<glam::DVec3>() / range.len() as f64;
-    // Half an edge towards the cells that it gets.
-    let new = cells.add_node(ground.foot(home.lerp(mean, 0.35), cells.place(node).hint));
-    let mut change = Change {
-        gone: range.iter().copied().collect(),
-        added: 1,
-        ..Change::default()
-    };
-    for &c in range {
-        let swap = |&n: &u32| if n == node { new } else { n };
-        change.new.push(cells.ring(c).iter().map(swap).collect());
-    }
-    change.new.push(smallvec![node, right, new, left]);
-    attempt(cells, change, Want::Regular(LEAST), ground)
+    OPENED.into_iter().any(|taken| {
+        (runs(cells, node, taken).into_iter()).any(|run| {
+            let change = opened(cells, node, &run);
+            change.is_some_and(|c| attempt(cells, c, Want::Regular(LEAST), ground))
+        })
+    })
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::cells::Ring;
     use super::super::test_grid::{Plane, grid};
     use super::*;
     use glam::DVec3;
+    use smallvec::smallvec;
 
     fn cost(cells: &Cells) -> i64 {
         (0..cells.points.len() as u32)
