@@ -11,6 +11,7 @@ use faer::Side;
 use faer::linalg::solvers::Solve;
 use faer::sparse::linalg::solvers::Llt;
 use faer::sparse::{SparseColMat, Triplet};
+use glam::DVec2;
 
 /// Why a system could not be factored.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -90,6 +91,20 @@ impl SpdSolver {
         factor.solve_in_place(&mut x);
         (0..self.size).map(|i| x[(i, 0)]).collect()
     }
+
+    /// The solutions for both coordinates at once (missing points count as zero).
+    pub fn solve_pairs(&self, rhs: &[DVec2]) -> Vec<DVec2> {
+        let Some(factor) = &self.factor else {
+            return Vec::new();
+        };
+        let mut x = faer::Mat::<f64>::from_fn(self.size, 2, |i, k| {
+            rhs.get(i).map(|p| p[k]).unwrap_or_default()
+        });
+        factor.solve_in_place(&mut x);
+        (0..self.size)
+            .map(|i| DVec2::new(x[(i, 0)], x[(i, 1)]))
+            .collect()
+    }
 }
 
 #[cfg(test)]
@@ -113,6 +128,18 @@ mod tests {
         for (i, u) in u.iter().enumerate() {
             let x = (i + 1) as f64 * h;
             assert!((u - x * (1.0 - x) / 2.0).abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn pairs_are_solved_as_one_by_one() {
+        let entries = [(0, 0, 2.0), (1, 0, -1.0), (1, 1, 3.0), (2, 2, 1.0)];
+        let solver = SpdSolver::factor(3, &entries).unwrap();
+        let pairs = [DVec2::new(1.0, -2.0), DVec2::new(0.5, 4.0), DVec2::ZERO];
+        let both = solver.solve_pairs(&pairs);
+        for k in 0..2 {
+            let one = solver.solve(&pairs.map(|p| p[k]));
+            assert!(both.iter().zip(one).all(|(b, o)| (b[k] - o).abs() < 1e-14));
         }
     }
 

@@ -121,12 +121,18 @@ impl Job<'_> {
         });
         self.dump.complex("squares", &squares)?;
         let halves = clock.time("quads", || {
-            let halves = quads::quads(squares, placer);
-            if folds(&halves.complex) == 0 {
+            let mended = |halves: Halves| {
+                if folds(&halves.complex) == 0 {
+                    return halves;
+                }
+                let mended = connected(halves.complex.clone(), |c| remesh::unfold(c, placer));
+                halves.changed_to(mended)
+            };
+            let halves = mended(quads::quads(squares.clone(), placer));
+            if folds(&halves.complex) <= folds(complex) {
                 return halves;
             }
-            let mended = connected(halves.complex.clone(), |c| remesh::unfold(c, placer));
-            halves.changed_to(mended)
+            mended(quads::unfolded_quads(squares, placer))
         });
         self.dump.complex("halves", &halves.complex)?;
         Ok(halves)

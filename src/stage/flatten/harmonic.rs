@@ -46,12 +46,10 @@ pub(super) fn solve_given(
         }
     }
     let solver = SpdSolver::factor(count as usize, &inner)?;
-    let x = solver.solve(&right.iter().map(|r| r.x).collect::<Vec<_>>());
-    let y = solver.solve(&right.iter().map(|r| r.y).collect::<Vec<_>>());
+    let solved = solver.solve_pairs(&right);
     for c in 0..size {
         if !is_given[c] {
-            let r = row[c] as usize;
-            places[c] = DVec2::new(x[r], y[r]);
+            places[c] = solved[row[c] as usize];
         }
     }
     Ok(places)

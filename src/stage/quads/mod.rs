@@ -28,10 +28,10 @@ mod valence;
 
 pub use paired::pair_quads;
 
-use crate::geom::orient::orient;
+use crate::geom::orient;
 use crate::geom::placer::Placer;
 use crate::model::complex::{EdgeKind, MidComplex, MidNode, MidTriangle, Support};
-use crate::model::ids::{IndexVec, NodeId, TriangleId};
+use crate::model::ids::{Id, IndexVec, NodeId, TriangleId};
 use cells::Cells;
 use glam::DVec3;
 use mend::mend;
@@ -76,40 +76,96 @@ impl Halves {
 }
 
 /// Quads for every sheet.
-pub fn quads(mut complex: MidComplex, placer: &dyn Placer) -> Halves {
-    orient(&mut complex, placer);
-    let sheets = sheets(&complex);
-    let grounds: Vec<Facets> = sheets.par_iter().map(Sheet::ground).collect();
-    let mut all: Vec<Cells> = (sheets.par_iter().zip(&grounds))
-        .map(|(sheet, ground)| sheet.quadded(ground))
-        .collect();
-    let mut slid = complex.clone();
-    let curves = Curves::new(&complex, &sheets);
-    for _ in 0..SLIDES {
-        curves.slide(&mut slid, &mut all, placer);
-        (all.par_iter_mut().zip(&grounds))
-            .for_each(|(cells, ground)| smooth(cells, ground, Effort::Brief));
+pub fn quads(complex: MidComplex, placer: &dyn Placer) -> Halves {
+    Quadding::new(complex, placer).without(&[]).0
+}
+
+/// The same, but sheets in which a quad would be folded over keep their triangles, and the curves round them their nodes. Takes as long again, once or twice.
+pub fn unfolded_quads(complex: MidComplex, placer: &dyn Placer) -> Halves {
+    let quadding = Quadding::new(complex, placer);
+    let mut spared: Vec<usize> = Vec::new();
+    loop {
+        let (halves, sheet) = quadding.without(&spared);
+        let folded: BTreeSet<usize> = (orient::folded(&halves.complex).into_iter())
+            .map(|t| sheet[t.index()])
+            .filter(|s| !spared.contains(s))
+            .collect();
+        // What is folded without quads was so before.
+        if folded.is_empty() {
+            return halves;
+        }
+        spared.extend(folded);
     }
-    let made: Vec<Option<Made>> = (sheets.par_iter().zip(&grounds).zip(&mut all))
-        .map(|((sheet, ground), cells)| {
+}
+
+/// A complex of which quads are to be made.
+struct Quadding<'a> {
+    complex: MidComplex,
+    sheets: Vec<Sheet>,
+    grounds: Vec<Facets>,
+    placer: &'a dyn Placer,
+}
+
+impl<'a> Quadding<'a> {
+    fn new(mut complex: MidComplex, placer: &'a dyn Placer) -> Self {
+        orient::orient(&mut complex, placer);
+        let sheets = sheets(&complex);
+        Self {
+            grounds: sheets.par_iter().map(Sheet::ground).collect(),
+            sheets,
+            complex,
+            placer,
+        }
+    }
+
+    /// Does something to the cells of every sheet.
+    fn each(&self, all: &mut [Cells], work: impl Fn(&Sheet, &mut Cells, &Facets) + Sync) {
+        (self.sheets.par_iter().zip(&self.grounds).zip(all))
+            .for_each(|((sheet, ground), cells)| work(sheet, cells, ground));
+    }
+
+    /// The sheets in quads but these, and the sheet of every triangle.
+    fn without(&self, spared: &[usize]) -> (Halves, Vec<usize>) {
+        let (complex, sheets, placer) = (&self.complex, &self.sheets, self.placer);
+        let mut all: Vec<Cells> = (sheets.par_iter().zip(&self.grounds))
+            .map(|(sheet, ground)| sheet.quadded(ground))
+            .collect();
+        let mut slid = complex.clone();
+        let curves = Curves::new(complex, sheets, spared);
+        for _ in 0..SLIDES {
+            curves.slide(&mut slid, &mut all, placer);
+            self.each(&mut all, |_, cells, ground| {
+                smooth(cells, ground, Effort::Brief)
+            });
+        }
+        self.each(&mut all, |sheet, cells, ground| {
             smooth(cells, ground, Effort::Whole);
             if mend(cells, ground) {
                 smooth(cells, ground, Effort::Whole);
             }
             sheet.place(cells, placer);
-            sheet.halved(cells)
-        })
-        .collect();
-    let new = assembled(&slid, &sheets, &made);
-    let same = new.complex.check().is_empty()
-        && new.complex.euler() == complex.euler()
-        && new.complex.pieces() == complex.pieces();
-    if same {
-        new
-    } else {
-        Halves {
-            complex,
-            diagonals: Vec::new(),
+        });
+        let made: Vec<Option<Made>> = (sheets.par_iter().zip(&all))
+            .enumerate()
+            .map(|(i, (sheet, cells))| match spared.contains(&i) {
+                true => None,
+                false => sheet.halved(cells),
+            })
+            .collect();
+        let new = assembled(&slid, sheets, &made);
+        let same = new.complex.check().is_empty()
+            && new.complex.euler() == complex.euler()
+            && new.complex.pieces() == complex.pieces();
+        let count = |(i, sheet): (usize, &Sheet)| match &made[i] {
+            Some(made) if same => made.triangles.len(),
+            _ => sheet.source.len(),
+        };
+        let owner = (sheets.iter().enumerate()).flat_map(|s| std::iter::repeat_n(s.0, count(s)));
+        if same {
+            (new, owner.collect())
+        } else {
+            let none: Vec<Option<Made>> = sheets.iter().map(|_| None).collect();
+            (assembled(complex, sheets, &none), owner.collect())
         }
     }
 }

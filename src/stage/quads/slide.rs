@@ -32,8 +32,8 @@ struct Slider {
 pub(super) struct Curves(Vec<Slider>);
 
 impl Curves {
-    /// Nodes between corners.
-    pub(super) fn new(complex: &MidComplex, sheets: &[Sheet]) -> Self {
+    /// Nodes between corners, but those of the sheets `spared`.
+    pub(super) fn new(complex: &MidComplex, sheets: &[Sheet], spared: &[usize]) -> Self {
         let mut at: IndexVec<NodeId, SmallVec<[(usize, u32); 3]>> =
             IndexVec::filled(SmallVec::new(), complex.nodes.len());
         for (i, sheet) in sheets.iter().enumerate() {
@@ -54,7 +54,8 @@ impl Curves {
             let &[a, b] = beside.as_slice() else {
                 return None;
             };
-            is_within_curve(complex, node, [a, b]).then(|| Slider {
+            let moves = at[node].iter().all(|(sheet, _)| !spared.contains(sheet));
+            (moves && is_within_curve(complex, node, [a, b])).then(|| Slider {
                 node,
                 beside: [a, b],
                 at: at[node].clone(),

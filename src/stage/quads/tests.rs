@@ -198,3 +198,56 @@ fn a_sheet_that_is_folded_keeps_its_triangles() {
     assert_eq!(halves.complex.euler(), plate.euler());
     assert_eq!(halves.complex.pieces(), 1);
 }
+
+#[test]
+fn a_spared_sheet_keeps_its_triangles_and_the_others_get_quads() {
+    let rib = shapes::rib_on_plate(1.0);
+    let squares = charts::mesh_charts(
+        &respace(rib, &|_, _| Lengths::equal(2.0), &Stay),
+        Pattern::Squares,
+        &|_, _| Lengths::equal(2.0),
+        &Stay,
+    )
+    .complex;
+    let quadding = Quadding::new(squares, &Stay);
+    let (halves, owner) = quadding.without(&[0]);
+    assert_eq!(halves.complex.check(), vec![]);
+    assert_eq!(owner.len(), halves.complex.triangles.len());
+    let corners = |complex: &MidComplex, t: TriangleId| {
+        let mut p = complex.triangles[t]
+            .nodes
+            .map(|n| complex.nodes[n].point.to_array().map(f64::to_bits));
+        p.sort_unstable();
+        p
+    };
+    let mut before: Vec<_> = (quadding.sheets[0].source.iter())
+        .map(|&t| corners(&quadding.complex, t))
+        .collect();
+    let mut after: Vec<_> = (halves.complex.triangles.ids())
+        .filter(|t| owner[t.index()] == 0)
+        .map(|t| corners(&halves.complex, t))
+        .collect();
+    before.sort_unstable();
+    after.sort_unstable();
+    assert_eq!(before, after);
+    let (triangles, quads) = counted(&halves);
+    // Pairs that nobody has laid are still found in it; the other sheets are all quads.
+    assert!(!halves.diagonals.is_empty() && !quads.is_empty());
+    assert!(triangles <= before.len());
+}
+
+#[test]
+fn where_nothing_folds_both_ways_give_the_same_quads() {
+    let plate = shapes::plate_with_holes(3.0);
+    let squares = charts::mesh_charts(
+        &respace(plate, &|_, _| Lengths::equal(3.0), &Stay),
+        Pattern::Squares,
+        &|_, _| Lengths::equal(3.0),
+        &Stay,
+    )
+    .complex;
+    assert_eq!(
+        quads(squares.clone(), &Stay),
+        unfolded_quads(squares, &Stay)
+    );
+}
