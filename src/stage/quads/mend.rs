@@ -9,6 +9,8 @@ use super::operations::{collapsed, opened, recut, runs, turned};
 
 /// Sweeps over what is still poor; later ones only look where something has changed.
 const SWEEPS: usize = 4;
+/// Cells that go to the new node of an opening.
+const TAKEN: [usize; 3] = [1, 2, 3];
 /// By as much a change has to bring cells nearer to good ones: less is rounding, or no better after smoothing.
 const GAIN: f64 = 0.02;
 
@@ -38,41 +40,32 @@ pub(super) fn mend(cells: &mut Cells, ground: &dyn Ground) -> bool {
 /// Takes the first change that helps.
 fn mend_cell(cells: &mut Cells, cell: u32, ground: &dyn Ground) -> bool {
     let sides = cells.ring(cell).len();
-    let try_all = |cells: &mut Cells, changes: Vec<Change>| {
-        (changes.into_iter()).any(|change| attempt(cells, change, Want::Nearer(GAIN), ground))
-    };
-    for k in 0..sides {
-        let ways: Vec<Change> = match sides {
-            4 => turned(cells, cell, k)
-                .into_iter()
-                .chain(beside(cells, cell, k))
-                .collect(),
-            _ => recut(cells, cell, k).into_vec(),
-        };
-        if try_all(cells, ways) {
-            return true;
+    let changed = (0..sides).any(|k| {
+        let mut ways: Vec<Change> = Vec::new();
+        if sides == 4 {
+            ways.extend(turned(cells, cell, k));
+            ways.extend(beside(cells, cell, k));
+        } else {
+            ways.extend(recut(cells, cell, k));
         }
-    }
-    for k in (0..sides).filter(|_| sides == 4) {
-        if {
-            let ways = collapsed(cells, cell, k).into_iter().collect();
-            try_all(cells, ways)
-        } {
-            return true;
-        }
-    }
-    for k in 0..sides {
-        let node = cells.ring(cell)[k];
-        for taken in [1, 2, 3] {
-            let ways: Vec<Change> = (runs(cells, node, taken).into_iter())
-                .filter_map(|run| opened(cells, node, &run))
-                .collect();
-            if try_all(cells, ways) {
-                return true;
-            }
-        }
-    }
-    false
+        first(cells, ways, ground)
+    });
+    changed
+        || sides == 4 && (0..4).any(|k| first(cells, collapsed(cells, cell, k), ground))
+        || (0..sides).any(|k| {
+            let node = cells.ring(cell)[k];
+            TAKEN.into_iter().any(|taken| {
+                let ways: Vec<Change> = (runs(cells, node, taken).into_iter())
+                    .filter_map(|run| opened(cells, node, &run))
+                    .collect();
+                first(cells, ways, ground)
+            })
+        })
+}
+
+/// Makes the first of these changes that helps.
+fn first(cells: &mut Cells, ways: impl IntoIterator<Item = Change>, ground: &dyn Ground) -> bool {
+    (ways.into_iter()).any(|change| attempt(cells, change, Want::Nearer(GAIN), ground))
 }
 
 /// A quad and the triangle across its `k`-th edge, cut anew.
