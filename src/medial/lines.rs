@@ -1,0 +1,241 @@
+//! Lines on mid-surfaces beneath edges of the solid that lie within a side of a wall.
+//!
+//! A wall is cut along such a line into pieces that have all of its faces for sides. Their mid-surfaces are one, so that they do not tell where they part: a node that two pieces of a
+//! wall share lies on the plane through the edge that stands on the mid-surface as well. Beyond the end of the edge the line goes straight on.
+
+use crate::model::brep::Brep;
+use crate::model::complex::MidComplex;
+use crate::model::ids::{CurveId, FaceId, FacetId, VertexId, WallId};
+use crate::model::pieces::Pieces;
+use crate::spatial::TriangleBvh;
+use glam::DVec3;
+use smallvec::SmallVec;
+use std::collections::BTreeMap;
+
+/// Half of the side of a facet that lies on an edge: from an end to the middle, which lies on the edge where the edge bends.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Half {
+    /// The edge.
+    pub curve: CurveId,
+    /// The vertex that it begins at, and its two ends, mm.
+    pub vertex: VertexId,
+    /// From that vertex to the middle of the side, mm.
+    pub ends: [DVec3; 2],
+    /// The faces on either side.
+    pub faces: [FaceId; 2],
+    /// Across the edge, towards the first of the faces.
+    pub towards: DVec3,
+}
+
+impl Half {
+    /// Unit direction of the edge; none where the side has no length.
+    pub fn along(&self) -> DVec3 {
+        (self.ends[1] - self.ends[0]).normalize_or_zero()
+    }
+}
+
+/// Edges of the solid in pieces.
+#[derive(Clone, Debug, Default)]
+pub struct Line {
+    bvh: TriangleBvh,
+    halves: Vec<Half>,
+}
+
+impl Line {
+    /// Of these edges, as far as they have a face on either side.
+    pub fn new(brep: &Brep, curves: &[CurveId]) -> Self {
+        let mut sides: BTreeMap<[VertexId; 2], SmallVec<[(FacetId, usize); 2]>> = BTreeMap::new();
+        for &[a, b] in curves.iter().flat_map(|&c| &brep.curves[c].segments) {
+            sides.insert([a.min(b), a.max(b)], SmallVec::new());
+        }
+        for (id, facet) in brep.facets.enumerated() {
+            for k in 0..3 {
+                let [a, b] = [facet.corners[k], facet.corners[(k + 1) % 3]];
+                if let Some(at) = sides.get_mut(&[a.min(b), a.max(b)]) {
+                    at.push((id, k));
+                }
+            }
+        }
+        let mut halves = Vec::new();
+        for &curve in curves {
+            for &[a, b] in &brep.curves[curve].segments {
+                let Some(&[one, other]) = sides.get(&[a.min(b), a.max(b)]).map(|s| s.as_slice())
+                else {
+                    continue;
+                };
+                let middle = brep.facets[one.0].mids[one.1];
+                let [p, q] = [a, b].map(|v| brep.vertices[v]);
+                let along = (q - p).normalize_or_zero();
+                let away = |(facet, k): (FacetId, usize)| {
+                    let apex = brep.facets[facet].corners[(k + 2) % 3];
+                    let way = brep.vertices[apex] - p;
+                    (way - along * way.dot(along)).normalize_or_zero()
+                };
+                let half = |vertex: VertexId| Half {
+                    curve,
+                    vertex,
+                    ends: [brep.vertices[vertex], middle],
+                    faces: [one, other].map(|s| brep.facets[s.0].face),
+                    towards: away(one) - away(other),
+                };
+                halves.extend([a, b].map(half));
+            }
+        }
+        let corners: Vec<[DVec3; 3]> = (halves.iter())
+            .map(|h| [h.ends[0], h.ends[1], h.ends[1]])
+            .collect();
+        Self {
+            bvh: TriangleBvh::new(&corners),
+            halves,
+        }
+    }
+
+    /// All pieces.
+    pub fn halves(&self) -> &[Half] {
+        &self.halves
+    }
+
+    /// The nearest place and the piece that it lies on.
+    pub fn nearest(&self, p: DVec3) -> Option<(DVec3, &Half)> {
+        let near = self.bvh.nearest(p)?;
+        Some((near.point, &self.halves[near.index]))
+    }
+}
+
+/// The lines that walls are cut along.
+#[derive(Clone, Debug, Default)]
+pub struct Lines {
+    of: BTreeMap<WallId, Line>,
+    /// Which wall each piece is of.
+    pieces: Pieces,
+    /// Which piece the parts are of that it was cut into for other reasons.
+    parts: Pieces,
+}
+
+impl Lines {
+    /// Of whole walls, with the pieces that these were cut into.
+    pub fn new(of: BTreeMap<WallId, Line>, pieces: Pieces) -> Self {
+        let parts = Pieces::default();
+        Self { of, pieces, parts }
+    }
+
+    /// The same for walls that were cut once more.
+    pub fn parted(&self, parts: &Pieces) -> Self {
+        Self {
+            parts: parts.clone(),
+            ..self.clone()
+        }
+    }
+
+    /// The line between two walls, if they are pieces of one.
+    fn between(&self, walls: [WallId; 2]) -> Option<(WallId, &Line)> {
+        let pieces = walls.map(|w| self.parts.whole(w));
+        let [a, b] = pieces.map(|w| self.pieces.whole(w));
+        (pieces[0] != pieces[1] && a == b)
+            .then(|| Some((a, self.of.get(&a)?)))
+            .flatten()
+    }
+
+    /// The planes over the lines that a place on these mid-surfaces (wall, unit normal, thickness) must lie on, as unit normals and how far away they are, mm.
+    pub(super) fn planes(
+        &self,
+        p: DVec3,
+        mids: &[(WallId, DVec3, f64)],
+    ) -> SmallVec<[(DVec3, f64); 1]> {
+        let mut planes = SmallVec::new();
+        if self.of.is_empty() {
+            return planes;
+        }
+        let mut seen: SmallVec<[WallId; 2]> = SmallVec::new();
+        for (i, &(one, normal, _)) in mids.iter().enumerate() {
+            for &(other, ..) in &mids[i + 1..] {
+                let Some((whole, line)) = self.between([one, other]) else {
+                    continue;
+                };
+                if seen.contains(&whole) {
+                    continue;
+                }
+                seen.push(whole);
+                if let Some((place, half)) = line.nearest(p)
+                    && let Some(across) = half.along().cross(normal).try_normalize()
+                {
+                    planes.push((across, across.dot(place - p)));
+                }
+            }
+        }
+        planes
+    }
+
+    /// The edges of a complex that lie between pieces of a wall: which edge of the solid each lies beneath, and its length, mm.
+    pub fn beneath(&self, complex: &MidComplex) -> Vec<(CurveId, f64)> {
+        let mut found = Vec::new();
+        for edge in complex.edges() {
+            let &[s, t] = edge.triangles.as_slice() else {
+                continue;
+            };
+            let walls = [s, t].map(|t| complex.triangles[t].wall);
+            let [a, b] = edge.ends.map(|n| complex.nodes[n].point);
+            if let Some((_, line)) = self.between(walls)
+                && let Some((_, half)) = line.nearest((a + b) / 2.0)
+            {
+                found.push((half.curve, a.distance(b)));
+            }
+        }
+        found
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::test_parts::slim_wedge;
+
+    /// The edge between the flat side and the slope of a wedge, along y: walls 0 and 1 are pieces of wall 0.
+    fn lines() -> Lines {
+        let line = Line::new(&slim_wedge(), &[CurveId(0)]);
+        let mut pieces = Pieces::default();
+        pieces.add(WallId(1), WallId(0));
+        Lines::new([(WallId(0), line)].into(), pieces)
+    }
+
+    fn mids(walls: &[u32]) -> Vec<(WallId, DVec3, f64)> {
+        walls.iter().map(|&w| (WallId(w), DVec3::Z, 1.0)).collect()
+    }
+
+    #[test]
+    fn a_place_on_two_pieces_of_a_wall_lies_over_their_line_and_beyond_its_end_straight_on() {
+        for y in [3.0, 30.0] {
+            let planes = lines().planes(DVec3::new(2.0, y, 0.7), &mids(&[0, 1]));
+            let &[(normal, away)] = planes.as_slice() else {
+                panic!("{planes:?}");
+            };
+            assert!((normal * away + 2.0 * DVec3::X).length() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn one_piece_or_pieces_of_two_walls_have_no_line_and_parts_of_pieces_one() {
+        let count = |lines: &Lines, walls: &[u32]| lines.planes(DVec3::X, &mids(walls)).len();
+        let lines = lines();
+        assert_eq!(count(&lines, &[0]), 0);
+        assert_eq!(count(&lines, &[0, 2]), 0);
+        assert_eq!(count(&lines, &[0, 1, 2]), 1);
+        let mut parts = Pieces::default();
+        for (part, piece) in [(3, 0), (4, 0), (5, 1)] {
+            parts.add(WallId(part), WallId(piece));
+        }
+        let parted = lines.parted(&parts);
+        assert_eq!(count(&parted, &[3, 4]), 0);
+        assert_eq!(count(&parted, &[3, 4, 5]), 1);
+    }
+
+    #[test]
+    fn across_an_edge_lies_the_first_of_its_faces() {
+        let line = Line::new(&slim_wedge(), &[CurveId(0)]);
+        let half = line.halves()[0];
+        // Both faces lie in the direction of x; the slope above the flat side.
+        let up = half.towards.z > 0.0;
+        assert_eq!(half.faces[0] == FaceId(1), up);
+        assert!(half.along().cross(DVec3::Y).length() < 1e-12);
+    }
+}

@@ -1,0 +1,187 @@
+//! Parting: what lies on either side of a line becomes pieces of the wall.
+
+use crate::geom::placer::Placer;
+use crate::medial::{Half, Line, Medial};
+use crate::model::brep::Brep;
+use crate::model::complex::{EdgeKind, MidComplex, Support};
+use crate::model::disjoint::Disjoint;
+use crate::model::ids::{CurveId, Id, IndexVec, NodeId, TriangleId, VertexId, WallId};
+use crate::model::pieces::Pieces;
+use crate::model::walls::Pairing;
+use glam::DVec3;
+use smallvec::SmallVec;
+use std::collections::BTreeMap;
+
+/// Where edges turn by more than this, the line beneath has a corner: 20 degrees, which no bend divided for import does.
+const CORNER_RAD: f64 = 20.0 * std::f64::consts::PI / 180.0;
+/// A node on a line goes to a corner that is nearer than this share of its longest edge on the line.
+const REACH: f64 = 1.5;
+/// Ends of lines inside a sheet that are shorter than this, in lengths of their longest edge, are noise of the cutting.
+const SPUR: f64 = 3.0;
+
+/// Edges on lines, and what lies beneath each of them.
+pub(super) type OnLines = BTreeMap<[NodeId; 2], CurveId>;
+
+/// The pieces that the triangles form if they hang together over inner edges that are on no line.
+fn pieces_of(complex: &MidComplex, lines: &OnLines) -> Disjoint {
+    let mut sets = Disjoint::new(complex.triangles.len());
+    for edge in complex.edges() {
+        if let (EdgeKind::Inner, [s, t]) = (complex.kind(&edge), edge.triangles.as_slice())
+            && !lines.contains_key(&edge.ends)
+        {
+            sets.join(s.0, t.0);
+        }
+    }
+    sets
+}
+
+/// The two triangles at every edge on a line.
+fn beside(complex: &MidComplex, lines: &OnLines) -> Vec<([NodeId; 2], [TriangleId; 2])> {
+    (complex.edges().into_iter())
+        .filter(|e| lines.contains_key(&e.ends))
+        .filter_map(|e| match e.triangles.as_slice() {
+            &[s, t] => Some((e.ends, [s, t])),
+            _ => None,
+        })
+        .collect()
+}
+
+/// Takes out the edges on lines that part nothing. Returns the edges of the solid above them, but for short ends, each with a place, mm.
+pub(super) fn idle(complex: &MidComplex, lines: &mut OnLines) -> Vec<(CurveId, DVec3)> {
+    let mut sets = pieces_of(complex, lines);
+    let mut idle: BTreeMap<CurveId, (f64, f64, DVec3)> = BTreeMap::new();
+    for (ends, [s, t]) in beside(complex, lines) {
+        if sets.find(s.0) != sets.find(t.0) {
+            continue;
+        }
+        let Some(curve) = lines.remove(&ends) else {
+            continue;
+        };
+        let [a, b] = ends.map(|n| complex.nodes[n].point);
+        let (sum, longest, _) = idle.get(&curve).copied().unwrap_or_default();
+        let length = a.distance(b);
+        idle.insert(curve, (sum + length, longest.max(length), (a + b) / 2.0));
+    }
+    (idle.into_iter())
+        .filter(|(_, (sum, longest, _))| *sum > SPUR * longest)
+        .map(|(curve, (_, _, at))| (curve, at))
+        .collect()
+}
+
+/// Halves of edges by the vertex that they begin at.
+fn at_vertices(line: &Line) -> BTreeMap<VertexId, Vec<&Half>> {
+    let mut at: BTreeMap<VertexId, Vec<&Half>> = BTreeMap::new();
+    for half in line.halves() {
+        at.entry(half.vertex).or_default().push(half);
+    }
+    at
+}
+
+/// Moves the nearest nodes on lines to where these have corners or fork, unless that turns a triangle over.
+pub(super) fn meet_corners(
+    complex: &mut MidComplex,
+    brep: &Brep,
+    lines: &OnLines,
+    of_wall: &BTreeMap<WallId, Vec<CurveId>>,
+    medial: &Medial<'_>,
+) {
+    let stars = complex.stars();
+    let mut longest: BTreeMap<NodeId, f64> = BTreeMap::new();
+    for [a, b] in lines.keys().copied() {
+        let length = complex.nodes[a].point.distance(complex.nodes[b].point);
+        for n in [a, b] {
+            let known = longest.entry(n).or_default();
+            *known = known.max(length);
+        }
+    }
+    for (&wall, curves) in of_wall {
+        let line = Line::new(brep, curves);
+        for (vertex, halves) in at_vertices(&line) {
+            let turns = match halves.as_slice() {
+                [_] => false,
+                [a, b] => a.along().angle_between(-b.along()) > CORNER_RAD,
+                _ => true,
+            };
+            if !turns {
+                continue;
+            }
+            let to = medial.place(brep.vertices[vertex], &[Support::Mid(wall)]);
+            let inner = |n: NodeId| complex.nodes[n].supports.as_slice() == [Support::Mid(wall)];
+            let nearest = (longest.iter())
+                .filter(|(n, _)| inner(**n))
+                .map(|(n, longest)| (*n, complex.nodes[*n].point.distance(to), *longest))
+                .min_by(|a, b| a.1.total_cmp(&b.1));
+            if let Some((n, away, longest)) = nearest
+                && away <= REACH * longest
+            {
+                put(complex, &stars[n], n, to);
+            }
+        }
+    }
+}
+
+/// Puts a node to a place, if no triangle turns over.
+fn put(complex: &mut MidComplex, star: &[TriangleId], n: NodeId, to: DVec3) {
+    let areas = |complex: &MidComplex| -> Vec<DVec3> {
+        (star.iter())
+            .map(|&t| complex.area_vector(&complex.triangles[t]))
+            .collect()
+    };
+    let before = areas(complex);
+    let from = std::mem::replace(&mut complex.nodes[n].point, to);
+    let turned = (areas(complex).iter().zip(&before)).any(|(a, b)| a.dot(*b) <= 0.0);
+    if turned || !to.is_finite() {
+        complex.nodes[n].point = from;
+    }
+}
+
+/// Makes walls of the pieces on either side of lines, as few as can be: neighbours are different walls.
+pub(super) fn pieces(
+    complex: &mut MidComplex,
+    lines: &OnLines,
+    pairing: &mut Pairing,
+) -> Pieces {
+    let mut sets = pieces_of(complex, lines);
+    let mut neighbours: BTreeMap<u32, Vec<u32>> = BTreeMap::new();
+    for (_, ring) in beside(complex, lines) {
+        let [a, b] = ring.map(|t| sets.find(t.0));
+        neighbours.entry(a).or_default().push(b);
+        neighbours.entry(b).or_default().push(a);
+    }
+    let mut colour: BTreeMap<u32, usize> = BTreeMap::new();
+    for (piece, near) in &neighbours {
+        let taken: Vec<usize> = near.iter().filter_map(|n| colour.get(n).copied()).collect();
+        let free = (0..).find(|c| !taken.contains(c)).unwrap_or_default();
+        colour.insert(*piece, free);
+    }
+    let mut names: BTreeMap<(WallId, usize), WallId> = BTreeMap::new();
+    let mut pieces = Pieces::default();
+    for id in complex.triangles.ids().collect::<Vec<_>>() {
+        let whole = complex.triangles[id].wall;
+        let of = colour.get(&sets.find(id.index() as u32)).copied();
+        if let Some(of) = of.filter(|of| *of > 0) {
+            let piece = *names.entry((whole, of)).or_insert_with(|| {
+                let wall = pairing.walls[whole].clone();
+                let piece = pairing.walls.push(wall);
+                pieces.add(piece, whole);
+                piece
+            });
+            complex.triangles[id].wall = piece;
+        }
+    }
+    complex.support_by_walls();
+    pieces
+}
+
+/// Puts the nodes of lines onto them.
+pub(super) fn place(complex: &mut MidComplex, lines: &OnLines, walls: &Medial<'_>) {
+    let mut nodes: SmallVec<[NodeId; 64]> = lines.keys().flatten().copied().collect();
+    nodes.sort_unstable();
+    nodes.dedup();
+    let stars: IndexVec<NodeId, _> = complex.stars();
+    for n in nodes {
+        let node = &complex.nodes[n];
+        let to = walls.place(node.point, &node.supports);
+        put(complex, &stars[n], n, to);
+    }
+}
