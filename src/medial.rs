@@ -34,7 +34,7 @@ use flats::Flats;
 use glam::DVec3;
 use ground::Ground;
 pub use held::Held;
-pub use lines::{Half, Line, Lines};
+pub use lines::{Line, Lines, Piece};
 use memory::Memory;
 use rayon::prelude::*;
 use slant::Slants;

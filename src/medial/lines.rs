@@ -3,6 +3,7 @@
 //! A wall is cut along such a line into pieces that have all of its faces for sides. Their mid-surfaces are one, so that they do not tell where they part: a node that two pieces of a
 //! wall share lies on the plane through the edge that stands on the mid-surface as well. Beyond the end of the edge the line goes straight on.
 
+use crate::geom::triangle::nearest_on_segment;
 use crate::model::brep::Brep;
 use crate::model::complex::MidComplex;
 use crate::model::ids::{CurveId, FaceId, FacetId, VertexId, WallId};
@@ -12,14 +13,17 @@ use glam::DVec3;
 use smallvec::SmallVec;
 use std::collections::BTreeMap;
 
-/// Half of the side of a facet that lies on an edge: from an end to the middle, which lies on the edge where the edge bends.
+/// A side of a facet on an edge is taken for a parabola through its middle, in so many straight pieces: they leave it by a 64th of what the side itself does.
+const PIECES: u32 = 8;
+
+/// A piece of an edge.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Half {
+pub struct Piece {
     /// The edge.
     pub curve: CurveId,
-    /// The vertex that it begins at, and its two ends, mm.
-    pub vertex: VertexId,
-    /// From that vertex to the middle of the side, mm.
+    /// The vertex that it begins at, if it begins at one.
+    pub vertex: Option<VertexId>,
+    /// Its two ends, mm.
     pub ends: [DVec3; 2],
     /// The faces on either side.
     pub faces: [FaceId; 2],
@@ -27,18 +31,23 @@ pub struct Half {
     pub towards: DVec3,
 }
 
-impl Half {
-    /// Unit direction of the edge; none where the side has no length.
+impl Piece {
+    /// Unit direction; none where it has no length.
     pub fn along(&self) -> DVec3 {
         (self.ends[1] - self.ends[0]).normalize_or_zero()
     }
 }
 
+/// Where edges turn by more than this they have a corner: 20 degrees, which no bend divided for import does.
+const CORNER_RAD: f64 = 20.0 * std::f64::consts::PI / 180.0;
+
 /// Edges of the solid in pieces.
 #[derive(Clone, Debug, Default)]
 pub struct Line {
     bvh: TriangleBvh,
-    halves: Vec<Half>,
+    pieces: Vec<Piece>,
+    /// Where the edges turn or fork, and the faces that meet there.
+    corners: BTreeMap<VertexId, SmallVec<[FaceId; 4]>>,
 }
 
 impl Line {
@@ -56,7 +65,7 @@ impl Line {
                 }
             }
         }
-        let mut halves = Vec::new();
+        let mut pieces = Vec::new();
         for &curve in curves {
             for &[a, b] in &brep.curves[curve].segments {
                 let Some(&[one, other]) = sides.get(&[a.min(b), a.max(b)]).map(|s| s.as_slice())
@@ -71,35 +80,88 @@ impl Line {
                     let way = brep.vertices[apex] - p;
                     (way - along * way.dot(along)).normalize_or_zero()
                 };
-                let half = |vertex: VertexId| Half {
+                let bulge = middle - (p + q) / 2.0;
+                let at = |i: u32| {
+                    let t = f64::from(i) / f64::from(PIECES);
+                    p.lerp(q, t) + bulge * (4.0 * t * (1.0 - t))
+                };
+                // Both halves run inwards, so that either vertex has a piece that begins there.
+                let inwards = |i: u32| match i {
+                    _ if 2 * i < PIECES => [i, i + 1],
+                    _ => [i + 1, i],
+                };
+                pieces.extend((0..PIECES).map(|i| Piece {
                     curve,
-                    vertex,
-                    ends: [brep.vertices[vertex], middle],
+                    vertex: match i {
+                        0 => Some(a),
+                        _ if i + 1 == PIECES => Some(b),
+                        _ => None,
+                    },
+                    ends: inwards(i).map(at),
                     faces: [one, other].map(|s| brep.facets[s.0].face),
                     towards: away(one) - away(other),
-                };
-                halves.extend([a, b].map(half));
+                }));
             }
         }
-        let corners: Vec<[DVec3; 3]> = (halves.iter())
-            .map(|h| [h.ends[0], h.ends[1], h.ends[1]])
+        let corners: Vec<[DVec3; 3]> = (pieces.iter())
+            .map(|piece| [piece.ends[0], piece.ends[1], piece.ends[1]])
             .collect();
         Self {
             bvh: TriangleBvh::new(&corners),
-            halves,
+            corners: corners_of(&pieces),
+            pieces,
         }
     }
 
+    /// Where the edges turn or fork, and the faces that meet there.
+    pub fn corners(&self) -> &BTreeMap<VertexId, SmallVec<[FaceId; 4]>> {
+        &self.corners
+    }
+
     /// All pieces.
-    pub fn halves(&self) -> &[Half] {
-        &self.halves
+    pub fn pieces(&self) -> &[Piece] {
+        &self.pieces
+    }
+
+    /// How far a place is from each edge, mm, `normal` not counted: the height of the edges over a mid-surface with this unit normal.
+    fn off(&self, p: DVec3, normal: DVec3) -> BTreeMap<CurveId, f64> {
+        let mut off: BTreeMap<CurveId, f64> = BTreeMap::new();
+        for piece in &self.pieces {
+            let flat = |q: DVec3| q - normal * normal.dot(q - p);
+            let [a, b] = piece.ends.map(flat);
+            let away = nearest_on_segment(a, b, p).distance(p);
+            let known = off.entry(piece.curve).or_insert(f64::INFINITY);
+            *known = known.min(away);
+        }
+        off
     }
 
     /// The nearest place and the piece that it lies on.
-    pub fn nearest(&self, p: DVec3) -> Option<(DVec3, &Half)> {
+    pub fn nearest(&self, p: DVec3) -> Option<(DVec3, &Piece)> {
         let near = self.bvh.nearest(p)?;
-        Some((near.point, &self.halves[near.index]))
+        Some((near.point, &self.pieces[near.index]))
     }
+}
+
+fn corners_of(pieces: &[Piece]) -> BTreeMap<VertexId, SmallVec<[FaceId; 4]>> {
+    let mut at: BTreeMap<VertexId, Vec<&Piece>> = BTreeMap::new();
+    for piece in pieces {
+        if let Some(vertex) = piece.vertex {
+            at.entry(vertex).or_default().push(piece);
+        }
+    }
+    at.retain(|_, begin| match begin.as_slice() {
+        [_] => false,
+        [a, b] => a.along().angle_between(-b.along()) > CORNER_RAD,
+        _ => true,
+    });
+    let faces = |begin: Vec<&Piece>| {
+        let mut faces: SmallVec<[FaceId; 4]> = begin.iter().flat_map(|p| p.faces).collect();
+        faces.sort_unstable();
+        faces.dedup();
+        faces
+    };
+    at.into_iter().map(|(v, begin)| (v, faces(begin))).collect()
 }
 
 /// The lines that walls are cut along.
@@ -156,8 +218,8 @@ impl Lines {
                     continue;
                 }
                 seen.push(whole);
-                if let Some((place, half)) = line.nearest(p)
-                    && let Some(across) = half.along().cross(normal).try_normalize()
+                if let Some((place, piece)) = line.nearest(p)
+                    && let Some(across) = piece.along().cross(normal).try_normalize()
                 {
                     planes.push((across, across.dot(place - p)));
                 }
@@ -166,20 +228,23 @@ impl Lines {
         planes
     }
 
-    /// The edges of a complex that lie between pieces of a wall: which edge of the solid each lies beneath, and its length, mm.
-    pub fn beneath(&self, complex: &MidComplex) -> Vec<(CurveId, f64)> {
+    /// For every edge of a complex between pieces of a wall: how far its middle is from being beneath each edge of the solid, and its length, mm.
+    pub fn along(&self, complex: &MidComplex) -> Vec<(BTreeMap<CurveId, f64>, f64)> {
         let mut found = Vec::new();
         for edge in complex.edges() {
             let &[s, t] = edge.triangles.as_slice() else {
                 continue;
             };
-            let walls = [s, t].map(|t| complex.triangles[t].wall);
+            let [s, t] = [s, t].map(|t| &complex.triangles[t]);
+            let Some((_, line)) = self.between([s.wall, t.wall]) else {
+                continue;
+            };
             let [a, b] = edge.ends.map(|n| complex.nodes[n].point);
-            if let Some((_, line)) = self.between(walls)
-                && let Some((_, half)) = line.nearest((a + b) / 2.0)
-            {
-                found.push((half.curve, a.distance(b)));
-            }
+            let normal = |t| complex.area_vector(t).normalize_or_zero();
+            let (one, other) = (normal(s), normal(t));
+            // Nothing winds neighbours one way yet.
+            let normal = (one + other * one.dot(other).signum()).normalize_or_zero();
+            found.push((line.off((a + b) / 2.0, normal), a.distance(b)));
         }
         found
     }
@@ -232,10 +297,10 @@ mod tests {
     #[test]
     fn across_an_edge_lies_the_first_of_its_faces() {
         let line = Line::new(&slim_wedge(), &[CurveId(0)]);
-        let half = line.halves()[0];
+        let piece = line.pieces()[0];
         // Both faces lie in the direction of x; the slope above the flat side.
-        let up = half.towards.z > 0.0;
-        assert_eq!(half.faces[0] == FaceId(1), up);
-        assert!(half.along().cross(DVec3::Y).length() < 1e-12);
+        let up = piece.towards.z > 0.0;
+        assert_eq!(piece.faces[0] == FaceId(1), up);
+        assert!(piece.along().cross(DVec3::Y).length() < 1e-12);
     }
 }

@@ -61,7 +61,19 @@ mod tests {
     fn two_different_numbers_above_zero_name_edges_and_nothing_else_does() {
         assert_eq!("3-7".parse(), Ok(KeepEdge { faces: [3, 7] }));
         assert_eq!(" 12 - 4".parse(), Ok(KeepEdge { faces: [12, 4] }));
-        for bad in ["", "3", "3-", "-7", "3-3", "0-1", "3--7", "3-7-9", "a-b", "3,7", "99999999999-1"] {
+        for bad in [
+            "",
+            "3",
+            "3-",
+            "-7",
+            "3-3",
+            "0-1",
+            "3--7",
+            "3-7-9",
+            "a-b",
+            "3,7",
+            "99999999999-1",
+        ] {
             assert_eq!(bad.parse::<KeepEdge>(), Err(NoFacePair), "{bad}");
         }
         assert_eq!(KeepEdge { faces: [3, 7] }.to_string(), "3-7");

@@ -126,7 +126,9 @@ pub(super) fn mesh_solid(
             job.kinked_or_not(fair, &plain, kinked, &parted, clock)?
         }
     };
-    let kept_edges = (kept.iter()).flat_map(|kept| kept.standing(&complex)).collect();
+    let kept_edges = (kept.iter())
+        .flat_map(|kept| kept.standing(&complex))
+        .collect();
     let complex = kept.iter().fold(complex, |c, kept| kept.pieces.joined(c));
     let mesh = clock.time("shell", || {
         shell::shell(brep, &found.pairing, &medial, &complex)

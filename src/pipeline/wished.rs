@@ -11,8 +11,8 @@ pub(super) fn faces_are_there(pieces: &[Piece], options: &MeshOptions) -> Result
     let faces: BTreeSet<i32> = (pieces.iter())
         .flat_map(|piece| piece.brep.faces.iter().map(|f| f.tag))
         .collect();
-    let sized = (options.sizes.iter())
-        .flat_map(|w| w.faces.iter().map(move |f| (w.origin.clone(), *f)));
+    let sized =
+        (options.sizes.iter()).flat_map(|w| w.faces.iter().map(move |f| (w.origin.clone(), *f)));
     let kept = (options.keep.iter())
         .flat_map(|wish| wish.faces.map(|f| (format!("--keep-edge {wish}"), f)));
     for (origin, face) in sized.chain(kept) {

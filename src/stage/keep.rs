@@ -30,7 +30,10 @@ use crate::model::pieces::Pieces;
 use crate::model::walls::{Aag, Pairing};
 use cut::{Cut, Cutter};
 use glam::DVec3;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
+
+/// Edges of the solid beneath which an edge of the mesh lies, all about as near, as a share of its length: those on the two sides of a wall may be above each other.
+const SAME: f64 = 0.02;
 
 /// Why an edge cannot be kept.
 #[derive(Clone, Debug, PartialEq)]
@@ -169,7 +172,7 @@ pub fn keep<'a>(
     }
     let (mut complex, lines) = loop {
         let cuts = (wished.of_side.iter())
-            .map(|(&(wall, side), curves)| Cut::new(brep, medial, wall, side, curves))
+            .flat_map(|(&(wall, side), curves)| Cut::all(brep, medial, wall, side, curves))
             .collect();
         let mut cutter = Cutter::new(complex.clone(), brep, medial, cuts);
         cutter.cut();
@@ -215,11 +218,17 @@ impl Kept<'_> {
                 (*wish, kept)
             })
             .collect();
-        for (curve, length) in self.walls.lines().beneath(complex) {
-            let wish = self.wishes.get(&curve);
-            if let Some(kept) = wish.and_then(|wish| found.get_mut(wish)) {
-                kept.edges += 1;
-                kept.length += length;
+        for (edge, length) in self.walls.lines().along(complex) {
+            let least = edge.values().copied().fold(f64::INFINITY, f64::min);
+            let here = edge.iter().filter(|on| *on.1 <= least + SAME * length);
+            let wishes: BTreeSet<KeepEdge> = here
+                .filter_map(|on| self.wishes.get(on.0).copied())
+                .collect();
+            for wish in wishes {
+                if let Some(kept) = found.get_mut(&wish) {
+                    kept.edges += 1;
+                    kept.length += length;
+                }
             }
         }
         found.into_values().collect()

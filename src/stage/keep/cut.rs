@@ -1,10 +1,13 @@
 //! Cutting: edges of the complex over which the nearest face of a side changes at a wished edge are split there.
 
+use crate::geom::placer::Placer;
 use crate::geom::split;
 use crate::medial::{Line, Medial};
 use crate::model::brep::Brep;
 use crate::model::complex::{EdgeKind, MidComplex, MidEdge, MidNode, MidTriangle, Support};
-use crate::model::ids::{CurveId, FaceId, NodeId, TriangleId, WallId};
+use crate::model::disjoint::Disjoint;
+use crate::model::ids::{CurveId, FaceId, FacetId, NodeId, TriangleId, VertexId, WallId};
+use crate::spatial::TriangleBvh;
 use glam::DVec3;
 use rayon::prelude::*;
 use smallvec::SmallVec;
@@ -16,10 +19,14 @@ const HALVINGS: usize = 20;
 const CHANGES: usize = 6;
 /// A change this near to the end of an edge, as a share of its length, moves that end instead: no needles.
 const NEAR: f64 = 0.15;
-/// Feet this near to an edge, in thicknesses, lie on it: beneath an inner corner and beyond the end of a side. There the side of the edge decides on which the place itself lies.
-const ON: f64 = 0.01;
-/// Faces change at an edge where the foot is this near to it, in thicknesses; further off they change in a gap between the faces, as under a rib.
+/// Where the foot is this near to an edge, in thicknesses, the plane over the line decides on which side a place is: facets are too coarse for that, and beneath an inner corner all feet are one.
+const CLOSE: f64 = 0.5;
+/// A foot this near to the corner of a line, in thicknesses, lies on it.
+const ON: f64 = 1e-3;
+/// Faces change at an edge where the foot is this near to it, in thicknesses; further off others lie between.
 const AT: f64 = 0.1;
+/// Where a sheet ends, at a rim or a junction, the line goes on so far beyond the end of its edge, in thicknesses: through a fillet and half of the other wall.
+const BEYOND: f64 = 3.0;
 /// On which side of a line a triangle lies is asked at this share of the way from its edge to its corner.
 const INWARD: f64 = 0.25;
 
@@ -30,6 +37,9 @@ pub(super) struct Cut {
     wall: WallId,
     side: usize,
     line: Line,
+    /// The facets of the faces on either side of the edges, and which face each is of: of others the line knows nothing.
+    bvh: TriangleBvh,
+    of: Vec<FaceId>,
     /// The two faces of each edge, in order.
     pairs: BTreeSet<[FaceId; 2]>,
     /// mm.
@@ -51,7 +61,33 @@ fn in_order([a, b]: [FaceId; 2]) -> [FaceId; 2] {
 }
 
 impl Cut {
-    pub fn new(
+    /// One cut for all edges that hang together by their faces.
+    pub fn all(
+        brep: &Brep,
+        medial: &Medial<'_>,
+        wall: WallId,
+        side: usize,
+        curves: &[CurveId],
+    ) -> Vec<Self> {
+        let mut sets = Disjoint::new(brep.faces.len());
+        let faces = |c: CurveId| brep.curves[c].faces.as_slice();
+        for &c in curves {
+            if let &[a, b] = faces(c) {
+                sets.join(a.0, b.0);
+            }
+        }
+        let mut groups: BTreeMap<u32, Vec<CurveId>> = BTreeMap::new();
+        for &c in curves {
+            if let Some(first) = faces(c).first() {
+                groups.entry(sets.find(first.0)).or_default().push(c);
+            }
+        }
+        (groups.values())
+            .map(|curves| Self::new(brep, medial, wall, side, curves))
+            .collect()
+    }
+
+    fn new(
         brep: &Brep,
         medial: &Medial<'_>,
         wall: WallId,
@@ -59,30 +95,81 @@ impl Cut {
         curves: &[CurveId],
     ) -> Self {
         let line = Line::new(brep, curves);
+        let pairs: BTreeSet<[FaceId; 2]> =
+            line.pieces().iter().map(|h| in_order(h.faces)).collect();
+        let facets: Vec<FacetId> = (brep.facets.enumerated())
+            .filter(|(_, facet)| pairs.iter().flatten().any(|f| *f == facet.face))
+            .map(|(id, _)| id)
+            .collect();
+        let corners: Vec<[DVec3; 3]> = facets.iter().map(|&f| brep.corners(f)).collect();
         Self {
             wall,
             side,
-            pairs: line.halves().iter().map(|h| in_order(h.faces)).collect(),
             line,
+            bvh: TriangleBvh::new(&corners),
+            of: facets.iter().map(|&f| brep.facets[f].face).collect(),
+            pairs,
             thickness: medial.mean_thickness(wall),
             on: BTreeMap::new(),
         }
     }
 
-    fn foot(&self, medial: &Medial<'_>, p: DVec3) -> Option<crate::medial::Foot> {
-        medial.feet(p, self.wall).map(|feet| feet[self.side])
+    /// The place of the side that is nearest, all its faces taken.
+    fn foot(&self, medial: &Medial<'_>, p: DVec3) -> Option<DVec3> {
+        medial.feet(p, self.wall).map(|feet| feet[self.side].point)
     }
 
-    /// The face that a place lies beneath.
+    /// Which of the faces on either side of the edges a place lies beneath.
     fn face(&self, brep: &Brep, medial: &Medial<'_>, p: DVec3) -> Option<FaceId> {
-        let foot = self.foot(medial, p)?;
-        if let Some((place, half)) = self.line.nearest(foot.point)
-            && place.distance(foot.point) < ON * self.thickness
-        {
-            let first = (p - place).dot(half.towards) >= 0.0;
-            return Some(half.faces[usize::from(!first)]);
+        let near = self.bvh.nearest(p)?;
+        let nearest = Some(self.of[near.index]);
+        let (on_line, _) = self.line.nearest(near.point)?;
+        if on_line.distance(near.point) > CLOSE * self.thickness {
+            return nearest;
         }
-        Some(brep.facets[foot.facet].face)
+        let (place, piece) = self.line.nearest(p)?;
+        // At a corner neither plane goes on.
+        let is_corner = |v: VertexId| {
+            self.line.corners().contains_key(&v)
+                && brep.vertices[v].distance(place) < ON * self.thickness
+        };
+        if piece.vertex.is_some_and(is_corner) {
+            return nearest;
+        }
+        let normal = medial.normal(p, self.wall)?;
+        let across = piece.along().cross(normal);
+        let first = (p - place).dot(across) * piece.towards.dot(across) >= 0.0;
+        Some(piece.faces[usize::from(!first)])
+    }
+
+    /// The faces at a node where faces change: at a corner of the line all that meet there.
+    fn faces_at(&self, brep: &Brep, p: DVec3, faces: [FaceId; 2]) -> Faces {
+        let foot = self.bvh.nearest(p).map_or(p, |near| near.point);
+        let here = |v: &VertexId| brep.vertices[*v].distance(foot) < ON * self.thickness;
+        let corner = self.line.corners().iter().find(|(v, _)| here(v));
+        corner.map_or_else(
+            || Faces::from_slice(&faces),
+            |(_, all)| Faces::from_slice(all),
+        )
+    }
+
+    /// Whether faces that change at this place do so at an edge.
+    fn is_at_edge(&self, medial: &Medial<'_>, p: DVec3, kind: EdgeKind) -> bool {
+        let inner = || self.foot(medial, p);
+        // The sides of a junction lie beneath other faces: there only nearness counts.
+        let outer = || {
+            let (place, _) = self.line.nearest(p)?;
+            (place.distance(p) < BEYOND * self.thickness).then_some(self.bvh.nearest(p)?.point)
+        };
+        let foot = match kind {
+            EdgeKind::Inner => inner(),
+            _ => outer(),
+        };
+        let Some(foot) = foot else {
+            return false;
+        };
+        let away = self.line.nearest(foot).map(|near| near.0.distance(foot));
+        away.is_some_and(|away| away < AT * self.thickness)
     }
 
     /// The faces that a node lies beneath.
@@ -96,8 +183,8 @@ impl Cut {
     }
 
     /// The first change at a wished edge on the way from `a` to `b`.
-    fn change(&self, cutter: &Cutter<'_>, [a, b]: [NodeId; 2]) -> Option<Change> {
-        let (brep, medial) = (cutter.brep, cutter.medial);
+    fn change(&self, cutter: &Cutter<'_>, edge: &MidEdge) -> Option<Change> {
+        let ([a, b], kind) = (edge.ends, cutter.complex.kind(edge));
         let [p, q] = [a, b].map(|n| cutter.complex.nodes[n].point);
         let (mut left, last) = (self.faces(cutter, a), self.faces(cutter, b));
         let mut from = 0.0;
@@ -109,16 +196,15 @@ impl Cut {
             let mut faces = [*left.first()?, *last.first()?];
             for _ in 0..HALVINGS {
                 let middle = (low + high) / 2.0;
-                let face = self.face(brep, medial, p.lerp(q, middle))?;
+                let face = self.face(cutter.brep, cutter.medial, p.lerp(q, middle))?;
                 if left.contains(&face) {
                     (low, faces[0]) = (middle, face);
                 } else {
                     (high, faces[1]) = (middle, face);
                 }
             }
-            let foot = self.foot(medial, p.lerp(q, high))?.point;
-            let (place, _) = self.line.nearest(foot)?;
-            if self.pairs.contains(&in_order(faces)) && place.distance(foot) < AT * self.thickness {
+            let is_wished = self.pairs.contains(&in_order(faces));
+            if is_wished && self.is_at_edge(cutter.medial, p.lerp(q, high), kind) {
                 return Some(Change { at: high, faces });
             }
             from = high;
@@ -127,22 +213,29 @@ impl Cut {
         None
     }
 
-    fn put_on(&mut self, n: NodeId, faces: &[FaceId]) {
+    /// Says whether that is new.
+    fn put_on(&mut self, n: NodeId, faces: &[FaceId]) -> bool {
         let at = self.on.entry(n).or_default();
+        let before = at.len();
         for &f in faces {
             if !at.contains(&f) {
                 at.push(f);
             }
         }
+        at.len() > before
     }
 
-    /// Wished edges whose faces meet at both nodes.
-    fn common(&self, [a, b]: [NodeId; 2]) -> Vec<[FaceId; 2]> {
+    /// Faces that have wished edges with others at both nodes.
+    fn common(&self, [a, b]: [NodeId; 2]) -> Faces {
         let (Some(a), Some(b)) = (self.on.get(&a), self.on.get(&b)) else {
-            return Vec::new();
+            return Faces::new();
         };
-        let both = |pair: &&[FaceId; 2]| pair.iter().all(|f| a.contains(f) && b.contains(f));
-        self.pairs.iter().filter(both).copied().collect()
+        let ends_at = |f: FaceId, at: &Faces| {
+            let wished = |g: &FaceId| self.pairs.contains(&in_order([f, *g]));
+            at.contains(&f) && at.iter().any(wished)
+        };
+        let both = |f: &&FaceId| ends_at(**f, a) && ends_at(**f, b);
+        a.iter().filter(both).copied().collect()
     }
 }
 
@@ -191,23 +284,27 @@ impl<'a> Cutter<'a> {
             .collect();
         (edges.into_par_iter())
             .filter_map(|e| {
-                let change = cut.change(self, e.ends)?;
+                let change = cut.change(self, &e)?;
                 Some((e, change))
             })
             .collect()
     }
 
+    /// The end of an edge that a change lies next to.
+    fn end_near(edge: &MidEdge, change: &Change) -> Option<NodeId> {
+        match change.at {
+            at if at < NEAR => Some(edge.ends[0]),
+            at if at > 1.0 - NEAR => Some(edge.ends[1]),
+            _ => None,
+        }
+    }
+
     /// Ends of edges that lie next to the line come to lie on it, unless they are corners.
     fn snap(&mut self, i: usize) {
         for (edge, change) in self.changes(i) {
-            let n = if change.at < NEAR {
-                edge.ends[0]
-            } else if change.at > 1.0 - NEAR {
-                edge.ends[1]
-            } else {
-                continue;
-            };
-            if self.complex.nodes[n].supports.len() <= 2 {
+            if let Some(n) = Self::end_near(&edge, &change)
+                && self.complex.nodes[n].supports.len() <= 2
+            {
                 self.cuts[i].put_on(n, &change.faces);
             }
         }
@@ -218,18 +315,23 @@ impl<'a> Cutter<'a> {
         let changes = self.changes(i);
         let mut splits: BTreeMap<[NodeId; 2], NodeId> = BTreeMap::new();
         for (edge, change) in &changes {
+            // Next to a node on the line no second one.
+            if let Some(n) = Self::end_near(edge, change)
+                && self.cuts[i].on.contains_key(&n)
+                && self.cuts[i].put_on(n, &change.faces)
+            {
+                continue;
+            }
             let ring = &edge.triangles;
             let node = split::node_on(&self.complex, edge.ends, change.at, ring, self.medial);
+            let faces = self.cuts[i].faces_at(self.brep, node.point, change.faces);
             let n = self.complex.nodes.push(node);
+            self.cuts[i].put_on(n, &faces);
             for (j, cut) in self.cuts.iter_mut().enumerate() {
-                if j == i {
-                    cut.put_on(n, &change.faces);
-                } else {
-                    // Where lines cross, the new node lies on the other one as well.
-                    let pairs = cut.common(edge.ends);
-                    if !pairs.is_empty() {
-                        cut.put_on(n, &pairs.concat());
-                    }
+                // Where lines cross, the new node lies on the other one as well.
+                let common = cut.common(edge.ends);
+                if j != i && common.len() > 1 {
+                    cut.put_on(n, &common);
                 }
             }
             splits.insert(edge.ends, n);
@@ -249,7 +351,7 @@ impl<'a> Cutter<'a> {
                 .copied()
                 .collect();
             let [a, b, c] = t.nodes;
-            let apart = [[a, b], [b, c], [c, a]].map(|e| cut.common(e).is_empty());
+            let apart = [[a, b], [b, c], [c, a]].map(|e| cut.common(e).len() < 2);
             let all = t.nodes.iter().all(|n| cut.on.contains_key(n));
             if t.wall != cut.wall || faces.len() != 3 || !all || apart != [true; 3] {
                 triangles.push(*t);
@@ -291,8 +393,11 @@ impl<'a> Cutter<'a> {
 
     /// The edge of the solid beneath which this one parts two faces.
     fn parts(&self, cut: &Cut, edge: &MidEdge) -> Option<CurveId> {
-        let pairs = cut.common(edge.ends);
-        if pairs.is_empty() {
+        let common = cut.common(edge.ends);
+        let &[s, t] = edge.triangles.as_slice() else {
+            return None;
+        };
+        if common.is_empty() {
             return None;
         }
         let [p, q] = edge.ends.map(|n| self.complex.nodes[n].point);
@@ -300,21 +405,17 @@ impl<'a> Cutter<'a> {
         let beside = |t: TriangleId| {
             let nodes = self.complex.triangles[t].nodes;
             let apex = nodes.into_iter().find(|n| !edge.ends.contains(n))?;
-            let faces = cut.faces(self, apex);
-            if let &[face] = faces.as_slice()
-                && pairs.iter().flatten().any(|f| *f == face)
-            {
-                return Some(face);
+            match cut.faces(self, apex).as_slice() {
+                &[face] if common.contains(&face) => Some(face),
+                _ => {
+                    let inward = middle.lerp(self.complex.nodes[apex].point, INWARD);
+                    cut.face(self.brep, self.medial, inward)
+                }
             }
-            let inward = middle.lerp(self.complex.nodes[apex].point, INWARD);
-            cut.face(self.brep, self.medial, inward)
         };
-        let &[s, t] = edge.triangles.as_slice() else {
-            return None;
-        };
-        let beside = in_order([beside(s)?, beside(t)?]);
-        let foot = cut.foot(self.medial, middle)?;
-        let (_, half) = cut.line.nearest(foot.point)?;
-        pairs.contains(&beside).then_some(half.curve)
+        let [one, other] = [beside(s)?, beside(t)?];
+        let parts = one != other && (common.contains(&one) || common.contains(&other));
+        let (_, piece) = cut.line.nearest(middle)?;
+        parts.then_some(piece.curve)
     }
 }

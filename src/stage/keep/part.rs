@@ -1,19 +1,17 @@
 //! Parting: what lies on either side of a line becomes pieces of the wall.
 
 use crate::geom::placer::Placer;
-use crate::medial::{Half, Line, Medial};
+use crate::medial::{Line, Medial};
 use crate::model::brep::Brep;
 use crate::model::complex::{EdgeKind, MidComplex, Support};
 use crate::model::disjoint::Disjoint;
-use crate::model::ids::{CurveId, Id, IndexVec, NodeId, TriangleId, VertexId, WallId};
+use crate::model::ids::{CurveId, Id, IndexVec, NodeId, TriangleId, WallId};
 use crate::model::pieces::Pieces;
 use crate::model::walls::Pairing;
 use glam::DVec3;
 use smallvec::SmallVec;
 use std::collections::BTreeMap;
 
-/// Where edges turn by more than this, the line beneath has a corner: 20 degrees, which no bend divided for import does.
-const CORNER_RAD: f64 = 20.0 * std::f64::consts::PI / 180.0;
 /// A node on a line goes to a corner that is nearer than this share of its longest edge on the line.
 const REACH: f64 = 1.5;
 /// Ends of lines inside a sheet that are shorter than this, in lengths of their longest edge, are noise of the cutting.
@@ -68,15 +66,6 @@ pub(super) fn idle(complex: &MidComplex, lines: &mut OnLines) -> Vec<(CurveId, D
         .collect()
 }
 
-/// Halves of edges by the vertex that they begin at.
-fn at_vertices(line: &Line) -> BTreeMap<VertexId, Vec<&Half>> {
-    let mut at: BTreeMap<VertexId, Vec<&Half>> = BTreeMap::new();
-    for half in line.halves() {
-        at.entry(half.vertex).or_default().push(half);
-    }
-    at
-}
-
 /// Moves the nearest nodes on lines to where these have corners or fork, unless that turns a triangle over.
 pub(super) fn meet_corners(
     complex: &mut MidComplex,
@@ -96,15 +85,7 @@ pub(super) fn meet_corners(
     }
     for (&wall, curves) in of_wall {
         let line = Line::new(brep, curves);
-        for (vertex, halves) in at_vertices(&line) {
-            let turns = match halves.as_slice() {
-                [_] => false,
-                [a, b] => a.along().angle_between(-b.along()) > CORNER_RAD,
-                _ => true,
-            };
-            if !turns {
-                continue;
-            }
+        for &vertex in line.corners().keys() {
             let to = medial.place(brep.vertices[vertex], &[Support::Mid(wall)]);
             let inner = |n: NodeId| complex.nodes[n].supports.as_slice() == [Support::Mid(wall)];
             let nearest = (longest.iter())
@@ -136,11 +117,7 @@ fn put(complex: &mut MidComplex, star: &[TriangleId], n: NodeId, to: DVec3) {
 }
 
 /// Makes walls of the pieces on either side of lines, as few as can be: neighbours are different walls.
-pub(super) fn pieces(
-    complex: &mut MidComplex,
-    lines: &OnLines,
-    pairing: &mut Pairing,
-) -> Pieces {
+pub(super) fn pieces(complex: &mut MidComplex, lines: &OnLines, pairing: &mut Pairing) -> Pieces {
     let mut sets = pieces_of(complex, lines);
     let mut neighbours: BTreeMap<u32, Vec<u32>> = BTreeMap::new();
     for (_, ring) in beside(complex, lines) {

@@ -274,8 +274,8 @@ fn quad(mesh: &ShellMesh, candidate: &Candidate) -> Element {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use super::super::usable::JACOBIAN;
+    use super::*;
     use crate::geom::random::Pcg;
     use crate::model::ids::SheetId;
     use crate::test_parts::{element, plate_mesh, sheet};
