@@ -11,7 +11,7 @@ use crate::model::pieces::Pieces;
 use crate::spatial::TriangleBvh;
 use glam::DVec3;
 use smallvec::SmallVec;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// A side of a facet on an edge is taken for a parabola through its middle, in so many straight pieces: they leave it by a 64th of what the side itself does.
 const PIECES: u32 = 8;
@@ -170,15 +170,22 @@ pub struct Lines {
     of: BTreeMap<WallId, Line>,
     /// Which wall each piece is of.
     pieces: Pieces,
+    /// Pieces that lie on either side of a line, in order. Others may meet at a junction.
+    beside: BTreeSet<[WallId; 2]>,
     /// Which piece the parts are of that it was cut into for other reasons.
     parts: Pieces,
 }
 
 impl Lines {
-    /// Of whole walls, with the pieces that these were cut into.
-    pub fn new(of: BTreeMap<WallId, Line>, pieces: Pieces) -> Self {
+    /// Of whole walls, with the pieces that these were cut into, and those that lie beside each other.
+    pub fn new(of: BTreeMap<WallId, Line>, pieces: Pieces, beside: BTreeSet<[WallId; 2]>) -> Self {
         let parts = Pieces::default();
-        Self { of, pieces, parts }
+        Self {
+            of,
+            pieces,
+            beside,
+            parts,
+        }
     }
 
     /// The same for walls that were cut once more.
@@ -189,13 +196,12 @@ impl Lines {
         }
     }
 
-    /// The line between two walls, if they are pieces of one.
+    /// The line between two walls, if they are pieces of one that lie beside it, and the whole wall.
     fn between(&self, walls: [WallId; 2]) -> Option<(WallId, &Line)> {
-        let pieces = walls.map(|w| self.parts.whole(w));
-        let [a, b] = pieces.map(|w| self.pieces.whole(w));
-        (pieces[0] != pieces[1] && a == b)
-            .then(|| Some((a, self.of.get(&a)?)))
-            .flatten()
+        let [a, b] = walls.map(|w| self.parts.whole(w));
+        let whole = self.pieces.whole(a);
+        let line = self.of.get(&whole)?;
+        (self.beside.contains(&[a.min(b), a.max(b)])).then_some((whole, line))
     }
 
     /// The planes over the lines that a place on these mid-surfaces (wall, unit normal, thickness) must lie on, as unit normals and how far away they are, mm.
@@ -255,12 +261,15 @@ mod tests {
     use super::*;
     use crate::test_parts::slim_wedge;
 
-    /// The edge between the flat side and the slope of a wedge, along y: walls 0 and 1 are pieces of wall 0.
+    /// The edge between the flat side and the slope of a wedge, along y: beneath it walls 1 and 2, pieces of wall 0 as is wall 3.
     fn lines() -> Lines {
         let line = Line::new(&slim_wedge(), &[CurveId(0)]);
         let mut pieces = Pieces::default();
-        pieces.add(WallId(1), WallId(0));
-        Lines::new([(WallId(0), line)].into(), pieces)
+        for piece in 1..4 {
+            pieces.add(WallId(piece), WallId(0));
+        }
+        let beside = [[WallId(1), WallId(2)]].into();
+        Lines::new([(WallId(0), line)].into(), pieces, beside)
     }
 
     fn mids(walls: &[u32]) -> Vec<(WallId, DVec3, f64)> {
@@ -270,7 +279,7 @@ mod tests {
     #[test]
     fn a_place_on_two_pieces_of_a_wall_lies_over_their_line_and_beyond_its_end_straight_on() {
         for y in [3.0, 30.0] {
-            let planes = lines().planes(DVec3::new(2.0, y, 0.7), &mids(&[0, 1]));
+            let planes = lines().planes(DVec3::new(2.0, y, 0.7), &mids(&[1, 2]));
             let &[(normal, away)] = planes.as_slice() else {
                 panic!("{planes:?}");
             };
@@ -279,19 +288,20 @@ mod tests {
     }
 
     #[test]
-    fn one_piece_or_pieces_of_two_walls_have_no_line_and_parts_of_pieces_one() {
+    fn only_pieces_beside_each_other_have_a_line_and_so_have_their_parts() {
         let count = |lines: &Lines, walls: &[u32]| lines.planes(DVec3::X, &mids(walls)).len();
         let lines = lines();
-        assert_eq!(count(&lines, &[0]), 0);
-        assert_eq!(count(&lines, &[0, 2]), 0);
-        assert_eq!(count(&lines, &[0, 1, 2]), 1);
+        for none in [&[1][..], &[1, 3], &[2, 3], &[1, 7]] {
+            assert_eq!(count(&lines, none), 0, "{none:?}");
+        }
+        assert_eq!(count(&lines, &[1, 7, 2]), 1);
         let mut parts = Pieces::default();
-        for (part, piece) in [(3, 0), (4, 0), (5, 1)] {
+        for (part, piece) in [(4, 1), (5, 1), (6, 2)] {
             parts.add(WallId(part), WallId(piece));
         }
         let parted = lines.parted(&parts);
-        assert_eq!(count(&parted, &[3, 4]), 0);
-        assert_eq!(count(&parted, &[3, 4, 5]), 1);
+        assert_eq!(count(&parted, &[4, 5]), 0);
+        assert_eq!(count(&parted, &[4, 5, 6]), 1);
     }
 
     #[test]

@@ -192,9 +192,10 @@ pub fn keep<'a>(
     let of_wall = wished.of_wall();
     part::meet_corners(&mut complex, brep, &lines, &of_wall, medial);
     let mut pairing = pairing.clone();
-    let pieces = part::pieces(&mut complex, &lines, &mut pairing);
+    let (pieces, beside) = part::pieces(&mut complex, &lines, &mut pairing);
     let of = (of_wall.iter()).map(|(&wall, curves)| (wall, Line::new(brep, curves)));
-    let walls = (medial.paired(aag, &pairing)).cut_along(Lines::new(of.collect(), pieces.clone()));
+    let walls =
+        (medial.paired(aag, &pairing)).cut_along(Lines::new(of.collect(), pieces.clone(), beside));
     part::place(&mut complex, &lines, &walls);
     Ok(Some(Kept {
         complex,

@@ -23,8 +23,8 @@ const NEAR: f64 = 0.15;
 const CLOSE: f64 = 0.5;
 /// A foot this near to the corner of a line, in thicknesses, lies on it.
 const ON: f64 = 1e-3;
-/// Faces change at an edge where the foot is this near to it, in thicknesses; further off others lie between.
-const AT: f64 = 0.1;
+/// Faces change at an edge where the foot is this near to it, in thicknesses; further off others lie between. Beyond the end of a side the line may run aslant.
+const AT: f64 = 2.0 * CLOSE;
 /// Where a sheet ends, at a rim or a junction, the line goes on so far beyond the end of its edge, in thicknesses: through a fillet and half of the other wall.
 const BEYOND: f64 = 3.0;
 /// On which side of a line a triangle lies is asked at this share of the way from its edge to its corner.
@@ -406,7 +406,7 @@ impl<'a> Cutter<'a> {
             let nodes = self.complex.triangles[t].nodes;
             let apex = nodes.into_iter().find(|n| !edge.ends.contains(n))?;
             match cut.faces(self, apex).as_slice() {
-                &[face] if common.contains(&face) => Some(face),
+                &[face] => Some(face),
                 _ => {
                     let inward = middle.lerp(self.complex.nodes[apex].point, INWARD);
                     cut.face(self.brep, self.medial, inward)

@@ -5,12 +5,12 @@ use crate::medial::{Line, Medial};
 use crate::model::brep::Brep;
 use crate::model::complex::{EdgeKind, MidComplex, Support};
 use crate::model::disjoint::Disjoint;
-use crate::model::ids::{CurveId, Id, IndexVec, NodeId, TriangleId, WallId};
+use crate::model::ids::{CurveId, IndexVec, NodeId, TriangleId, WallId};
 use crate::model::pieces::Pieces;
 use crate::model::walls::Pairing;
 use glam::DVec3;
 use smallvec::SmallVec;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// A node on a line goes to a corner that is nearer than this share of its longest edge on the line.
 const REACH: f64 = 1.5;
@@ -116,38 +116,36 @@ fn put(complex: &mut MidComplex, star: &[TriangleId], n: NodeId, to: DVec3) {
     }
 }
 
-/// Makes walls of the pieces on either side of lines, as few as can be: neighbours are different walls.
-pub(super) fn pieces(complex: &mut MidComplex, lines: &OnLines, pairing: &mut Pairing) -> Pieces {
+/// Makes walls of the pieces that have a line beside them, each its own: two that meet at a junction only have no line between them. Returns them, and which lie beside each other.
+pub(super) fn pieces(
+    complex: &mut MidComplex,
+    lines: &OnLines,
+    pairing: &mut Pairing,
+) -> (Pieces, BTreeSet<[WallId; 2]>) {
     let mut sets = pieces_of(complex, lines);
-    let mut neighbours: BTreeMap<u32, Vec<u32>> = BTreeMap::new();
-    for (_, ring) in beside(complex, lines) {
-        let [a, b] = ring.map(|t| sets.find(t.0));
-        neighbours.entry(a).or_default().push(b);
-        neighbours.entry(b).or_default().push(a);
-    }
-    let mut colour: BTreeMap<u32, usize> = BTreeMap::new();
-    for (piece, near) in &neighbours {
-        let taken: Vec<usize> = near.iter().filter_map(|n| colour.get(n).copied()).collect();
-        let free = (0..).find(|c| !taken.contains(c)).unwrap_or_default();
-        colour.insert(*piece, free);
-    }
-    let mut names: BTreeMap<(WallId, usize), WallId> = BTreeMap::new();
+    let rings = beside(complex, lines);
+    let mut names: BTreeMap<u32, WallId> = BTreeMap::new();
     let mut pieces = Pieces::default();
-    for id in complex.triangles.ids().collect::<Vec<_>>() {
-        let whole = complex.triangles[id].wall;
-        let of = colour.get(&sets.find(id.index() as u32)).copied();
-        if let Some(of) = of.filter(|of| *of > 0) {
-            let piece = *names.entry((whole, of)).or_insert_with(|| {
-                let wall = pairing.walls[whole].clone();
-                let piece = pairing.walls.push(wall);
-                pieces.add(piece, whole);
-                piece
-            });
-            complex.triangles[id].wall = piece;
+    for t in rings.iter().flat_map(|ring| ring.1) {
+        let whole = complex.triangles[t].wall;
+        names.entry(sets.find(t.0)).or_insert_with(|| {
+            let wall = pairing.walls[whole].clone();
+            let piece = pairing.walls.push(wall);
+            pieces.add(piece, whole);
+            piece
+        });
+    }
+    for (i, t) in complex.triangles.as_mut_slice().iter_mut().enumerate() {
+        if let Some(&piece) = names.get(&sets.find(i as u32)) {
+            t.wall = piece;
         }
     }
     complex.support_by_walls();
-    pieces
+    let beside = (rings.iter())
+        .map(|(_, ring)| ring.map(|t| complex.triangles[t].wall))
+        .map(|[a, b]| [a.min(b), a.max(b)])
+        .collect();
+    (pieces, beside)
 }
 
 /// Puts the nodes of lines onto them.
