@@ -261,5 +261,18 @@ mod tests {
             faces: vec![1, 2, 3, 5, 7, 8],
         };
         assert!(face.to_string().ends_with("the faces 1 to 3, 5, 7 to 8"));
+        let edge = OptionFault::NoEdge {
+            wish: KeepEdge { faces: [4, 9] },
+            near: vec![1, 2, 6],
+        };
+        assert_eq!(
+            edge.to_string(),
+            "--keep-edge 4-9: the two faces share no edge; face 4 has edges with the faces 1 to 2, 6"
+        );
+        let idle = OptionFault::PartsNothing {
+            wish: KeepEdge { faces: [4, 9] },
+            at: [1.0, 2.04, 3.0],
+        };
+        assert!(idle.to_string().ends_with("near (1.0, 2.0, 3.0)"));
     }
 }

@@ -211,6 +211,13 @@ mod tests {
             report.to_string(),
             "part.step\nsolid 3: 6 faces, 1 wall, 1 sheet, edge length 6.000 mm, thickness 2.000 mm (98 %)\n"
         );
+        let mut kept = report.clone();
+        kept.solids[0].kept_edges = vec![KeptEdge {
+            faces: [4, 8],
+            edges: 1,
+            length: 2.5,
+        }];
+        assert!((kept.to_string()).ends_with("kept edge 4-8: 1 element edge, 2.500 mm\n"));
         let told = RunReport {
             removed: vec![Removal {
                 kind: SmallKind::Feature,
