@@ -16,6 +16,7 @@
 //!
 //! Cost: some twenty nearest points an edge of the walls in question that changes faces; the rest is linear.
 
+mod corner;
 mod cut;
 mod part;
 #[cfg(test)]
@@ -170,7 +171,7 @@ pub fn keep<'a>(
     if wished.of_side.is_empty() {
         return Ok(None);
     }
-    let (mut complex, mut lines) = loop {
+    let (mut complex, lines) = loop {
         let cuts = (wished.of_side.iter())
             .flat_map(|(&(wall, side), curves)| Cut::all(brep, medial, wall, side, curves))
             .collect();
@@ -190,7 +191,6 @@ pub fn keep<'a>(
         }
     };
     let of_wall = wished.of_wall();
-    part::meet_corners(&mut complex, brep, &mut lines, &of_wall, medial);
     let mut pairing = pairing.clone();
     let (pieces, beside) = part::pieces(&mut complex, &lines, &mut pairing);
     let of = (of_wall.iter()).map(|(&wall, curves)| (wall, Line::new(brep, curves)));

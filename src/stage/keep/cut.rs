@@ -1,5 +1,7 @@
 //! Cutting: edges of the complex over which the nearest face of a side changes at a wished edge are split there.
 
+use super::corner;
+use super::part::put;
 use crate::geom::placer::Placer;
 use crate::geom::split;
 use crate::medial::{Line, Medial};
@@ -27,6 +29,8 @@ const ON: f64 = 1e-3;
 const AT: f64 = 2.0 * CLOSE;
 /// Where a sheet ends, at a rim or a junction, the line goes on so far beyond the end of its edge, in thicknesses: through a fillet and half of the other wall.
 const BEYOND: f64 = 3.0;
+/// So far from a node on the line a place is clearly beside it, wherever the node was moved from.
+const AWAY: f64 = 0.2;
 /// On which side of a line a triangle lies is asked at this share of the way from its edge to its corner.
 const INWARD: f64 = 0.25;
 
@@ -142,6 +146,16 @@ impl Cut {
         Some(piece.faces[usize::from(!first)])
     }
 
+    /// A place moved to the plane over the line; to `else_to` where there is none.
+    fn onto(&self, medial: &Medial<'_>, p: DVec3, else_to: DVec3) -> DVec3 {
+        let across = self.line.nearest(p).and_then(|(place, piece)| {
+            let across = piece.along().cross(medial.normal(p, self.wall)?);
+            let across = across.try_normalize()?;
+            Some(across * across.dot(place - p))
+        });
+        across.map_or(else_to, |way| p + way)
+    }
+
     /// The faces at a node where faces change: at a corner of the line all that meet there.
     fn faces_at(&self, brep: &Brep, p: DVec3, faces: [FaceId; 2]) -> Faces {
         let foot = self.bvh.nearest(p).map_or(p, |near| near.point);
@@ -186,13 +200,33 @@ impl Cut {
     fn change(&self, cutter: &Cutter<'_>, edge: &MidEdge) -> Option<Change> {
         let ([a, b], kind) = (edge.ends, cutter.complex.kind(edge));
         let [p, q] = [a, b].map(|n| cutter.complex.nodes[n].point);
-        let (mut left, last) = (self.faces(cutter, a), self.faces(cutter, b));
-        let mut from = 0.0;
+        let (mut left, mut last) = (self.faces(cutter, a), self.faces(cutter, b));
+        let (mut from, mut to) = (0.0, 1.0);
+        // From a node on the line the way may lead to either side, and over the line again at its next corner.
+        let beside = |share: f64, faces: &Faces| {
+            let face = self.face(cutter.brep, cutter.medial, p.lerp(q, share))?;
+            faces
+                .contains(&face)
+                .then(|| -> Faces { smallvec::smallvec![face] })
+        };
+        match [a, b].map(|n| self.on.contains_key(&n)) {
+            [true, false] => {
+                if let Some(faces) = beside(AWAY, &left) {
+                    (left, from) = (faces, AWAY);
+                }
+            }
+            [false, true] => {
+                if let Some(faces) = beside(1.0 - AWAY, &last) {
+                    (last, to) = (faces, 1.0 - AWAY);
+                }
+            }
+            _ => {}
+        }
         for _ in 0..CHANGES {
             if left.iter().any(|f| last.contains(f)) {
                 return None;
             }
-            let (mut low, mut high) = (from, 1.0);
+            let (mut low, mut high) = (from, to);
             let mut faces = [*left.first()?, *last.first()?];
             for _ in 0..HALVINGS {
                 let middle = (low + high) / 2.0;
@@ -265,6 +299,7 @@ impl<'a> Cutter<'a> {
     /// Cuts along one line after the other.
     pub fn cut(&mut self) {
         for i in 0..self.cuts.len() {
+            self.meet_corners(i);
             self.snap(i);
             for _ in 0..CHANGES {
                 if !self.slice(i) {
@@ -299,12 +334,34 @@ impl<'a> Cutter<'a> {
         }
     }
 
-    /// Ends of edges that lie next to the line come to lie on it, unless they are corners.
+    /// Ends of edges that lie next to the line go there, unless they are corners or that turns a triangle over.
     fn snap(&mut self, i: usize) {
+        let stars = self.complex.stars();
         for (edge, change) in self.changes(i) {
-            if let Some(n) = Self::end_near(&edge, &change)
-                && self.complex.nodes[n].supports.len() <= 2
-            {
+            if Self::end_near(&edge, &change).is_none() {
+                continue;
+            }
+            // The last one may have moved it.
+            let cut = &self.cuts[i];
+            let Some(change) = cut.change(self, &edge) else {
+                continue;
+            };
+            let Some(n) = Self::end_near(&edge, &change) else {
+                continue;
+            };
+            let node = &self.complex.nodes[n];
+            if node.supports.len() > 2 {
+                continue;
+            }
+            // Lines nearer to each other than that are one: a node on another line stays.
+            if self.cuts.iter().any(|c| c.on.contains_key(&n)) {
+                self.cuts[i].put_on(n, &change.faces);
+                continue;
+            }
+            let [p, q] = edge.ends.map(|n| self.complex.nodes[n].point);
+            let from = cut.onto(self.medial, node.point, p.lerp(q, change.at));
+            let to = self.medial.place(from, &node.supports);
+            if put(&mut self.complex, &stars[n], n, to) {
                 self.cuts[i].put_on(n, &change.faces);
             }
         }
@@ -338,6 +395,19 @@ impl<'a> Cutter<'a> {
         }
         split::split(&mut self.complex, &splits);
         !changes.is_empty()
+    }
+
+    /// Where the line turns or forks it has a node.
+    fn meet_corners(&mut self, i: usize) {
+        let (wall, on) = (self.cuts[i].wall, [Support::Mid(self.cuts[i].wall)]);
+        for (vertex, faces) in self.cuts[i].line.corners().clone() {
+            let to = self.medial.place(self.brep.vertices[vertex], &on);
+            let taken = |n: NodeId| self.cuts.iter().any(|cut| cut.on.contains_key(&n));
+            let nearest = corner::nearest(&self.complex, wall, to, taken);
+            if let Some(n) = nearest.and_then(|t| corner::meet(&mut self.complex, t, to)) {
+                self.cuts[i].put_on(n, &faces);
+            }
+        }
     }
 
     /// A triangle cut thrice, between three faces, gets a node in its middle, where the three lines meet.

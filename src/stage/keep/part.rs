@@ -1,10 +1,8 @@
 //! Parting: what lies on either side of a line becomes pieces of the wall.
 
 use crate::geom::placer::Placer;
-use crate::geom::triangle::nearest_on_triangle;
-use crate::medial::{Line, Medial};
-use crate::model::brep::Brep;
-use crate::model::complex::{EdgeKind, MidComplex, MidNode, MidTriangle, Support};
+use crate::medial::Medial;
+use crate::model::complex::{EdgeKind, MidComplex};
 use crate::model::disjoint::Disjoint;
 use crate::model::ids::{CurveId, IndexVec, NodeId, TriangleId, WallId};
 use crate::model::pieces::Pieces;
@@ -13,10 +11,6 @@ use glam::DVec3;
 use smallvec::SmallVec;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// A node on a line goes to a corner that is nearer than this share of its longest edge on the line.
-const REACH: f64 = 1.5;
-/// A corner this near to the sides of a triangle, as a share of their length, gets no node of its own.
-const NEAR: f64 = 0.02;
 /// Ends of lines inside a sheet that are shorter than this, in lengths of their longest edge, are noise of the cutting.
 const SPUR: f64 = 3.0;
 
@@ -69,90 +63,8 @@ pub(super) fn idle(complex: &MidComplex, lines: &mut OnLines) -> Vec<(CurveId, D
         .collect()
 }
 
-/// Gives lines nodes where they have corners or fork: the nearest of their nodes where that turns no triangle over, else a new one.
-pub(super) fn meet_corners(
-    complex: &mut MidComplex,
-    brep: &Brep,
-    lines: &mut OnLines,
-    of_wall: &BTreeMap<WallId, Vec<CurveId>>,
-    medial: &Medial<'_>,
-) {
-    for (&wall, curves) in of_wall {
-        let line = Line::new(brep, curves);
-        for &vertex in line.corners().keys() {
-            let to = medial.place(brep.vertices[vertex], &[Support::Mid(wall)]);
-            if !to.is_finite() {
-                continue;
-            }
-            let nearest = nearest(complex, lines, wall, to);
-            let meets = nearest.is_some_and(|n| {
-                let star = complex.stars()[n].clone();
-                put(complex, &star, n, to)
-            });
-            if !meets {
-                bulge(complex, lines, wall, to);
-            }
-        }
-    }
-}
-
-/// The nearest node on lines inside a sheet of the wall, within reach of its edges.
-fn nearest(complex: &MidComplex, lines: &OnLines, wall: WallId, to: DVec3) -> Option<NodeId> {
-    let mut longest: BTreeMap<NodeId, f64> = BTreeMap::new();
-    for [a, b] in lines.keys().copied() {
-        let length = complex.nodes[a].point.distance(complex.nodes[b].point);
-        for n in [a, b] {
-            let known = longest.entry(n).or_default();
-            *known = known.max(length);
-        }
-    }
-    let inner = |n: NodeId| complex.nodes[n].supports.as_slice() == [Support::Mid(wall)];
-    let away = |n: NodeId| complex.nodes[n].point.distance(to);
-    (longest.iter())
-        .filter(|(n, longest)| inner(**n) && away(**n) <= REACH * **longest)
-        .map(|(n, _)| *n)
-        .min_by(|a, b| away(*a).total_cmp(&away(*b)))
-}
-
-/// Leads a line round a corner that it cuts off: of the triangle that holds the corner, the part at the line changes sides.
-fn bulge(complex: &mut MidComplex, lines: &mut OnLines, wall: WallId, to: DVec3) {
-    let holds = |t: TriangleId| {
-        let triangle = &complex.triangles[t];
-        let corners = complex.corners(triangle);
-        let inside = nearest_on_triangle(corners, to).distance(to);
-        let least = (0..3)
-            .map(|k| {
-                let side = corners[(k + 1) % 3] - corners[k];
-                side.cross(to - corners[k]).length() / side.length_squared()
-            })
-            .fold(f64::INFINITY, f64::min);
-        let size = corners[0].distance(corners[1]);
-        triangle.wall == wall && inside < NEAR * size && least > NEAR
-    };
-    let found = (beside(complex, lines).into_iter())
-        .find_map(|(ends, ring)| Some((ends, ring.into_iter().find(|t| holds(*t))?)));
-    let Some((ends, t)) = found else {
-        return;
-    };
-    let supports = std::iter::once(Support::Mid(wall)).collect();
-    let n = complex.nodes.push(MidNode {
-        point: to,
-        supports,
-    });
-    let [a, b, c] = complex.triangles[t].nodes;
-    complex.triangles[t].nodes = [a, b, n];
-    for nodes in [[b, c, n], [c, a, n]] {
-        complex.triangles.push(MidTriangle { nodes, wall });
-    }
-    if let Some(curve) = lines.remove(&ends) {
-        for end in ends {
-            lines.insert([end, n], curve);
-        }
-    }
-}
-
 /// Puts a node to a place, if no triangle turns over; says whether it lies there.
-fn put(complex: &mut MidComplex, star: &[TriangleId], n: NodeId, to: DVec3) -> bool {
+pub(super) fn put(complex: &mut MidComplex, star: &[TriangleId], n: NodeId, to: DVec3) -> bool {
     let areas = |complex: &MidComplex| -> Vec<DVec3> {
         (star.iter())
             .map(|&t| complex.area_vector(&complex.triangles[t]))
