@@ -29,6 +29,8 @@ const ON: f64 = 1e-3;
 const AT: f64 = 2.0 * CLOSE;
 /// Where a sheet ends, at a rim or a junction, the line goes on so far beyond the end of its edge, in thicknesses: through a fillet and half of the other wall.
 const BEYOND: f64 = 3.0;
+/// A corner of the sheet this near lies on it.
+const THERE: f64 = 0.01;
 /// So far from a node on the line a place is clearly beside it, wherever the node was moved from.
 const AWAY: f64 = 0.2;
 /// On which side of a line a triangle lies is asked at this share of the way from its edge to its corner.
@@ -350,7 +352,16 @@ impl<'a> Cutter<'a> {
                 continue;
             };
             let node = &self.complex.nodes[n];
+            let at = if n == edge.ends[0] {
+                change.at
+            } else {
+                1.0 - change.at
+            };
+            // A corner of the sheet cannot move, but may be where the line ends.
             if node.supports.len() > 2 {
+                if at < THERE {
+                    self.cuts[i].put_on(n, &change.faces);
+                }
                 continue;
             }
             // Lines nearer to each other than that are one: a node on another line stays.
