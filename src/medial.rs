@@ -13,6 +13,7 @@ mod facing;
 mod flats;
 mod ground;
 mod held;
+mod lines;
 mod memory;
 mod queries;
 mod reach;
@@ -33,6 +34,7 @@ use flats::Flats;
 use glam::DVec3;
 use ground::Ground;
 pub use held::Held;
+pub use lines::{Line, Lines, Piece};
 use memory::Memory;
 use rayon::prelude::*;
 use slant::Slants;
@@ -178,6 +180,7 @@ pub struct Medial<'a> {
     typical: f64,
     memory: Memory,
     flats: Flats,
+    lines: Arc<Lines>,
 }
 
 impl<'a> Medial<'a> {
@@ -190,7 +193,19 @@ impl<'a> Medial<'a> {
     pub fn paired(&self, aag: &Aag, pairing: &Pairing) -> Self {
         let mut new = Self::on(Arc::clone(&self.ground), self.brep, aag, pairing);
         new.let_bevels_stand(self.slants.bevels_stand);
+        new.lines = Arc::clone(&self.lines);
         new
+    }
+
+    /// The same for walls that are cut along lines.
+    pub fn cut_along(self, lines: Lines) -> Self {
+        let lines = Arc::new(lines);
+        Self { lines, ..self }
+    }
+
+    /// The lines that walls are cut along.
+    pub fn lines(&self) -> &Lines {
+        &self.lines
     }
 
     fn on(ground: Arc<Ground>, brep: &'a Brep, aag: &Aag, pairing: &Pairing) -> Self {
@@ -263,6 +278,7 @@ impl<'a> Medial<'a> {
             typical,
             memory: Memory::new(brep.facets.len()),
             flats,
+            lines: Arc::default(),
         };
         medial.slants = Slants::new(&medial, brep, aag, pairing);
         medial
@@ -493,6 +509,7 @@ impl<'a> Medial<'a> {
                 }
             }
             planes.extend(edges.iter().map(|edge| edge.across(&mids)));
+            planes.extend(self.lines.planes(p, &mids));
             for &(i, face) in &rims {
                 let surface = self.rim_surface[face] as usize;
                 planes[i].1 -= self.slants.inset(surface, planes[i].0, &mids);

@@ -8,6 +8,7 @@ mod fault;
 pub use fault::OptionFault;
 
 use crate::model::element_shape::ElementShape;
+use crate::model::keep::KeepEdge;
 use crate::model::length_unit::LengthUnit;
 use crate::model::local_size::LocalSize;
 use crate::model::profile::Profile;
@@ -41,6 +42,8 @@ pub struct MeshOptions {
     pub rows: u32,
     /// Sizes of single sheets and faces.
     pub sizes: Vec<LocalSize>,
+    /// Edges between faces on one side of a wall that stay in the mesh as lines of element edges.
+    pub keep: Vec<KeepEdge>,
     /// Which elements.
     pub element: ElementShape,
     /// What is so small that the mesh does without it.
@@ -69,6 +72,7 @@ impl Default for MeshOptions {
             growth: None,
             rows: ROWS,
             sizes: Vec::new(),
+            keep: Vec::new(),
             element: ElementShape::default(),
             small: SmallLimits::default(),
             washer: WasherRequest::default(),

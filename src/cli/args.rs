@@ -5,6 +5,7 @@ use clap::{Args, Parser, Subcommand, ValueHint};
 use clap_complete::Shell;
 use midshell::exit_class::ExitClass;
 use midshell::model::element_shape::ElementShape;
+use midshell::model::keep::KeepEdge;
 use midshell::model::length_unit::LengthUnit;
 use midshell::model::metric::{QUAD_METRICS, TRIANGLE_METRICS, bare};
 use midshell::model::profile::Profile;
@@ -121,6 +122,9 @@ pub struct MeshArgs {
     /// Sizes of single sheets and faces, as a TOML file with entries such as [[size]] sheet = 3 (or face = [12, 14]) size = 1.5
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     pub sizes: Option<PathBuf>,
+    /// Keep the edges between two faces on one side of a wall as lines of element edges: the numbers of the faces as in 'midshell inspect'. May be given several times [default: the mesh knows no such edge]
+    #[arg(long, value_name = "A-B", allow_hyphen_values = true)]
+    pub keep_edge: Vec<KeepEdge>,
     /// The elements to make [default: tri]
     #[arg(long, value_parser = shapes())]
     pub element: Option<String>,
@@ -247,6 +251,7 @@ impl MeshArgs {
             growth: self.growth,
             dump: self.dump.clone(),
             washer: self.washers.request(),
+            keep: self.keep_edge.clone(),
             ..self.source.run.options()
         };
         options.rows = self.rows.unwrap_or(options.rows);
@@ -381,7 +386,7 @@ mod tests {
 
     #[test]
     fn every_choice_reaches_the_library() {
-        let line = "midshell mesh a.step -o a.inp --size -2.5 --size-curvature 24 --size-min 1 --size-max 9 --growth 1.2 --rows 3 --element quad --min-hole 4 --min-feature 1.5 --washer 2 --washer-holes 4..12.5 --washer-width 1.5 --unit in --gmsh /g --time-limit 1.5 --dump d";
+        let line = "midshell mesh a.step -o a.inp --size -2.5 --size-curvature 24 --size-min 1 --size-max 9 --growth 1.2 --rows 3 --keep-edge 3-7 --keep-edge 12-4 --element quad --min-hole 4 --min-feature 1.5 --washer 2 --washer-holes 4..12.5 --washer-width 1.5 --unit in --gmsh /g --time-limit 1.5 --dump d";
         let cli = Cli::try_parse_from(line.split(' ')).unwrap();
         let Verb::Mesh(args) = cli.command else {
             panic!("not mesh")
@@ -393,6 +398,7 @@ mod tests {
             size_max: Some(9.0),
             growth: Some(1.2),
             rows: 3,
+            keep: [[3, 7], [12, 4]].map(|faces| KeepEdge { faces }).into(),
             element: ElementShape::Quad,
             small: SmallLimits {
                 hole: Some(4.0),

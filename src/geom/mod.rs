@@ -16,4 +16,5 @@ pub mod random;
 pub mod rim_loops;
 pub mod six_node;
 pub mod snap;
+pub mod split;
 pub mod triangle;

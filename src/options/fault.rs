@@ -2,6 +2,7 @@
 
 use super::{GROWTH, MIN_PER_TURN, MOST_ROWS};
 use crate::model::element_shape::{ElementShape, UnknownShape};
+use crate::model::keep::KeepEdge;
 use crate::model::length_unit::{LengthUnit, UnknownUnit};
 use crate::model::profile::ProfileFault;
 use crate::model::washer::{BareHole, WasherFault};
@@ -73,6 +74,27 @@ pub enum OptionFault {
         /// The numbers of the part's faces, ascending.
         faces: Vec<i32>,
     },
+    /// An edge is to be kept between two faces that have none.
+    #[error("--keep-edge {wish}: the two faces share no edge; face {face} has edges with the faces {}", ranges(.near), face = wish.faces[0])]
+    NoEdge {
+        /// The wish.
+        wish: KeepEdge,
+        /// The faces that share an edge with the first, ascending.
+        near: Vec<i32>,
+    },
+    /// An edge is to be kept that lies within no side of a wall.
+    #[error(
+        "--keep-edge {0}: the edge lies within no side of a wall: it is a rim, or walls meet there, so that the mesh has a line beneath it or ends there anyway"
+    )]
+    OuterEdge(KeepEdge),
+    /// An edge is to be kept beneath which a line would end inside its sheet.
+    #[error("--keep-edge {wish}: the line beneath ends inside its sheet, near ({:.1}, {:.1}, {:.1})", at[0], at[1], at[2])]
+    PartsNothing {
+        /// The wish.
+        wish: KeepEdge,
+        /// A place on the line, mm.
+        at: [f64; 3],
+    },
     /// A least size of holes or features that is zero, negative, infinite or no number.
     #[error("the least {0} is {1}, but it must be a length above zero (in mm)")]
     Small(&'static str, f64),
@@ -137,6 +159,15 @@ impl OptionFault {
             }
             OptionFault::NoFace { .. } => {
                 "name a face by the number that 'midshell inspect' and the fields 'source_face_a' and 'source_face_b' of a VTU file show".into()
+            }
+            OptionFault::NoEdge { .. } => {
+                "name two faces that lie side by side, by the numbers that 'midshell inspect' shows".into()
+            }
+            OptionFault::OuterEdge(_) => {
+                "leave it out, or name two faces that 'midshell inspect' lists on the same side of one wall".into()
+            }
+            OptionFault::PartsNothing { .. } => {
+                "keep edges too that lead on from there to a rim, to a junction or back".into()
             }
             OptionFault::Small(..) => {
                 "give a length such as --min-hole 5 or --min-feature 2, or leave it out: then nothing is taken out".into()
@@ -230,5 +261,18 @@ mod tests {
             faces: vec![1, 2, 3, 5, 7, 8],
         };
         assert!(face.to_string().ends_with("the faces 1 to 3, 5, 7 to 8"));
+        let edge = OptionFault::NoEdge {
+            wish: KeepEdge { faces: [4, 9] },
+            near: vec![1, 2, 6],
+        };
+        assert_eq!(
+            edge.to_string(),
+            "--keep-edge 4-9: the two faces share no edge; face 4 has edges with the faces 1 to 2, 6"
+        );
+        let idle = OptionFault::PartsNothing {
+            wish: KeepEdge { faces: [4, 9] },
+            at: [1.0, 2.04, 3.0],
+        };
+        assert!(idle.to_string().ends_with("near (1.0, 2.0, 3.0)"));
     }
 }

@@ -1,7 +1,7 @@
 //! `--dump`: what each stage made, as VTU files for ParaView, to look into a run that went wrong.
 //!
 //! Files of a solid with number N: `tets-N` (a point field counts the edges that run through a wall), `faces-N` (face, role, group, side, kind of
-//! surface), `raw-N`, `fair-N`, `clean-N`, `remeshed-N`, `charted-N`, `polished-N`, `squares-N` and `halves-N` (where quads are asked for), `balanced-N` (the mid-complex: wall, edges that are junctions); of the part: `mesh`. Each is written as soon as it is
+//! surface), `raw-N`, `fair-N`, `kept-N` (where edges are kept), `clean-N`, `remeshed-N`, `charted-N`, `polished-N`, `squares-N` and `halves-N` (where quads are asked for), `balanced-N` (the mid-complex: wall, edges that are junctions); of the part: `mesh`. Each is written as soon as it is
 //! there, so that a run that fails leaves what it had.
 
 use super::error::PipelineError;

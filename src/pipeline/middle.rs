@@ -5,7 +5,7 @@ use crate::geom::placer::{Lengths, Placer};
 use crate::medial::{Held, Medial};
 use crate::model::complex::MidComplex;
 use crate::model::ids::WallId;
-use crate::stage::kinks::Kinked;
+use crate::model::pieces::Pieces;
 use crate::stage::size::Sizing;
 use glam::{DVec3, FloatExt};
 use rayon::prelude::*;
@@ -29,8 +29,8 @@ pub(super) struct Middle<'a> {
     pub walls: &'a Medial<'a>,
     held: Option<Held<'a>>,
     targets: Option<&'a Targets<'a>>,
-    /// The pieces that walls were cut into at their kinks.
-    kinked: Option<&'a Kinked>,
+    /// The pieces that walls were cut into, the last cut first.
+    pieces: &'a [&'a Pieces],
 }
 
 impl<'a> Middle<'a> {
@@ -40,15 +40,15 @@ impl<'a> Middle<'a> {
             walls,
             held: leaves.then(|| Held::new(walls)),
             targets: None,
-            kinked: None,
+            pieces: &[],
         }
     }
 
-    /// The same with wanted lengths that differ from place to place; `kinked` where the walls are pieces of those that the lengths are told for.
-    pub fn aiming(self, targets: &'a Targets<'a>, kinked: Option<&'a Kinked>) -> Self {
+    /// The same with wanted lengths that differ from place to place; `pieces` where the walls are pieces (of pieces) of those that the lengths are told for.
+    pub fn aiming(self, targets: &'a Targets<'a>, pieces: &'a [&'a Pieces]) -> Self {
         Self {
             targets: Some(targets),
-            kinked,
+            pieces,
             ..self
         }
     }
@@ -70,7 +70,7 @@ impl<'a> Middle<'a> {
     pub fn wanted(&self, sizing: &Sizing, p: DVec3, w: WallId) -> (f64, f64) {
         let walls = self.walls;
         let target = self.targets.map_or(sizing.target, |targets| {
-            let whole = self.kinked.map_or(w, |kinked| kinked.whole(w));
+            let whole = self.pieces.iter().fold(w, |w, cut| cut.whole(w));
             targets.at(walls, p, whole, w)
         });
         let sizing = Sizing { target, ..*sizing };

@@ -109,6 +109,7 @@ fn mesh_pieces(
 ) -> Result<MeshRun, PipelineError> {
     options.check_against(diagonal(&pieces))?;
     wished::faces_are_there(&pieces, options)?;
+    wished::edges_are_there(&pieces, options)?;
     let pieces: Vec<Seen> = (pieces.into_iter()).map(|p| Seen::new(p, clock)).collect();
     let mut meshes = Vec::new();
     let mut solids = Vec::new();

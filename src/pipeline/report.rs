@@ -3,6 +3,7 @@
 use super::memory::PeakMemory;
 use super::midsurface::MidSurface;
 use crate::model::brep::Brep;
+use crate::model::keep::KeptEdge;
 use crate::model::removal::{Left, Removal, SmallKind};
 use crate::model::report::{AuditReport, QualityReport};
 use crate::model::shell::ShellMesh;
@@ -33,6 +34,9 @@ pub struct SolidReport {
     /// The washers, where such are asked for.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub washers: Option<Washers>,
+    /// What became of the edges that were to be kept, and of those that had to be kept with them.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub kept_edges: Vec<KeptEdge>,
 }
 
 impl SolidReport {
@@ -46,6 +50,7 @@ impl SolidReport {
             size,
             least_width: found.least_width,
             washers: None,
+            kept_edges: Vec::new(),
         }
     }
 }
@@ -127,6 +132,11 @@ impl fmt::Display for RunReport {
                 s.size,
                 peaks.join(", ")
             )?;
+            for kept in &s.kept_edges {
+                let [a, b] = kept.faces;
+                let edges = counted(kept.edges, "element edge");
+                writeln!(f, "kept edge {a}-{b}: {edges}, {:.3} mm", kept.length)?;
+            }
             if let Some(washers) = &s.washers {
                 f.write_str(&report_text::washers(washers))?;
             }
@@ -201,6 +211,13 @@ mod tests {
             report.to_string(),
             "part.step\nsolid 3: 6 faces, 1 wall, 1 sheet, edge length 6.000 mm, thickness 2.000 mm (98 %)\n"
         );
+        let mut kept = report.clone();
+        kept.solids[0].kept_edges = vec![KeptEdge {
+            faces: [4, 8],
+            edges: 1,
+            length: 2.5,
+        }];
+        assert!((kept.to_string()).ends_with("kept edge 4-8: 1 element edge, 2.500 mm\n"));
         let told = RunReport {
             removed: vec![Removal {
                 kind: SmallKind::Feature,

@@ -19,10 +19,12 @@ use crate::model::brep::Brep;
 use crate::model::complex::MidComplex;
 use crate::model::element_shape::ElementShape;
 use crate::model::ids::WallId;
+use crate::model::pieces::Pieces;
 use crate::model::shell::ShellMesh;
 use crate::model::washer::{NoWasher, Washers};
 use crate::options::MeshOptions;
 use crate::stage::chart_mesh::{Layout, Pattern};
+use crate::stage::keep;
 use crate::stage::kinks::{self, Kinked};
 use crate::stage::quads::{self, Halves};
 use crate::stage::remesh::{self, RemeshOptions};
@@ -82,31 +84,52 @@ pub(super) fn mesh_solid(
         };
         Targets::new(&source, &sizing, options)
     });
+    let kept = match options.keep.as_slice() {
+        [] => None,
+        wishes => clock.time("keep", || {
+            keep::keep(&fair, brep, &found.aag, &found.pairing, &medial, wishes)
+                .map_err(wished::unkept)
+        })?,
+    };
+    let (fair, pairing, walls) = match &kept {
+        Some(kept) => (&kept.complex, &kept.pairing, &kept.walls),
+        None => (&fair, &found.pairing, &medial),
+    };
+    if kept.is_some() {
+        dump.complex("kept", fair)?;
+    }
     let kinked = clock.time("kinks", || {
-        let kinked = kinks::kinks(&fair, brep, &found.aag, &found.pairing, &medial)?;
-        let parted = medial.paired(&found.aag, &kinked.pairing);
-        Some((kinked, parted))
+        let kinked = kinks::kinks(fair, brep, &found.aag, pairing, walls)?;
+        let parted = walls.paired(&found.aag, &kinked.pairing);
+        let lines = walls.lines().parted(&kinked.pieces);
+        Some((kinked, parted.cut_along(lines)))
     });
     let job = Job {
         sizing: &sizing,
         options,
         dump: &dump,
     };
-    let plain = Middle::new(&medial, leaves).aiming(&targets, None);
+    let pieces: Vec<&Pieces> = kept.iter().map(|kept| &kept.pieces).collect();
+    let plain = Middle::new(walls, leaves).aiming(&targets, &pieces);
     let Meshed {
         complex,
         diagonals,
         washers,
     } = match &kinked {
         None => {
-            let clean = clock.time("clean", || job.clean(&fair, &plain));
+            let clean = clock.time("clean", || job.clean(fair, &plain));
             job.meshed(clean, &plain, clock)?
         }
         Some((kinked, parted)) => {
-            let parted = Middle::new(parted, leaves).aiming(&targets, Some(kinked));
-            job.kinked_or_not(&fair, &plain, kinked, &parted, clock)?
+            let pieces: Vec<&Pieces> = [&kinked.pieces].into_iter().chain(pieces.clone()).collect();
+            let parted = Middle::new(parted, leaves).aiming(&targets, &pieces);
+            job.kinked_or_not(fair, &plain, kinked, &parted, clock)?
         }
     };
+    let kept_edges = (kept.iter())
+        .flat_map(|kept| kept.standing(&complex))
+        .collect();
+    let complex = kept.iter().fold(complex, |c, kept| kept.pieces.joined(c));
     let mesh = clock.time("shell", || {
         shell::shell(brep, &found.pairing, &medial, &complex)
     });
@@ -118,6 +141,7 @@ pub(super) fn mesh_solid(
     };
     let mesh = clock.time("shell", || sheets.in_order(mesh));
     let mut solid = SolidReport::new(&piece.brep, &as_read, sizing.target, &mesh);
+    solid.kept_edges = kept_edges;
     if options.washer.is_wanted() {
         solid.washers = Some(standing(washers, &mesh));
     }
@@ -290,7 +314,7 @@ impl Job<'_> {
             diagonals,
             washers,
         } = self.meshed(cut, parted, clock)?;
-        let cut = kinked.joined(cut);
+        let cut = kinked.pieces.joined(cut);
         if !diagonals.is_empty() && folds(&cut) == 0 {
             let complex = cut;
             return Ok(Meshed {

@@ -10,7 +10,7 @@
 //! Beyond a riser the nearest place of a side jumps from the inner edge to the level behind the outer one. A mesh whose triangles cross that line smears the kink over
 //! an element on either side. So the faces of a side are parted at outer edges into levels, a riser going with the level below it; wherever the nearest levels of
 //! the two ends of an edge differ, the edge is cut at the jump, and the pieces become walls of their own. Then the kink is a curve like any other crease: its nodes
-//! lie where the two mid-surfaces meet, and the meshing follows it. [`Kinked::joined`] makes the pieces one wall again.
+//! lie where the two mid-surfaces meet, and the meshing follows it. [`Pieces::joined`] makes the pieces one wall again.
 //!
 //! Round the end of an inner edge, as at the corner of a pocket, a kink is an arc. A chord that comes near to that end is split at its middle; the edges from there
 //! cross the arc and are cut in turn.
@@ -30,6 +30,7 @@ use crate::model::brep::Brep;
 use crate::model::complex::MidComplex;
 use crate::model::disjoint::Disjoint;
 use crate::model::ids::{Id, IndexVec, NodeId, TriangleId, WallId};
+use crate::model::pieces::Pieces;
 use crate::model::walls::{Aag, Pairing, Wall};
 use cut::Cutter;
 use levels::{Class, Levels};
@@ -48,23 +49,7 @@ pub struct Kinked {
     /// The pairing with walls for the pieces after those of the part.
     pub pairing: Pairing,
     /// The wall that each piece is of.
-    parents: BTreeMap<WallId, WallId>,
-}
-
-impl Kinked {
-    /// A complex made from this one, with the pieces of each wall one wall again.
-    pub fn joined(&self, mut complex: MidComplex) -> MidComplex {
-        for t in complex.triangles.as_mut_slice() {
-            t.wall = self.whole(t.wall);
-        }
-        complex.support_by_walls();
-        complex
-    }
-
-    /// The wall that a piece is of; a wall that is whole itself.
-    pub fn whole(&self, piece: WallId) -> WallId {
-        self.parents.get(&piece).copied().unwrap_or(piece)
-    }
+    pub pieces: Pieces,
 }
 
 /// Cuts a placed complex at the kinks within its walls; `None` where it has none.
@@ -95,7 +80,7 @@ pub fn kinks(
         }
     }
     let mut pairing = pairing.clone();
-    let (mut names, mut parents) = (BTreeMap::new(), BTreeMap::new());
+    let (mut names, mut pieces) = (BTreeMap::new(), Pieces::default());
     for (w, mut classes) in used {
         classes.sort_unstable();
         classes.dedup();
@@ -112,12 +97,12 @@ pub fn kinks(
                 group: wall.group,
             });
             names.insert((w, class), id);
-            parents.insert(id, w);
+            pieces.add(id, w);
         }
         // Nothing lies on the whole wall any more, and its facets are those of its pieces.
         pairing.walls[w].sides = [Vec::new(), Vec::new()];
     }
-    if parents.is_empty() {
+    if pieces.is_empty() {
         return None;
     }
     let mut complex = complex;
@@ -131,7 +116,7 @@ pub fn kinks(
     Some(Kinked {
         complex,
         pairing,
-        parents,
+        pieces,
     })
 }
 

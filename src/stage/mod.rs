@@ -13,6 +13,7 @@ pub mod extract;
 pub mod fair;
 pub mod findings;
 pub mod flatten;
+pub mod keep;
 pub mod kinks;
 pub mod pair;
 pub mod patch;

@@ -57,7 +57,7 @@ fn a_step_is_cut_where_the_parabola_meets_the_thick_middle() {
         .collect();
     thick.sort_by(f64::total_cmp);
     assert!((thick[0] - 2.0).abs() < 1e-9 && (thick[thick.len() - 1] - 4.0).abs() < 1e-9);
-    let joined = kinked.joined(complex.clone());
+    let joined = kinked.pieces.joined(complex.clone());
     assert!(joined.triangles.iter().all(|t| t.wall == WallId(0)));
 }
 
