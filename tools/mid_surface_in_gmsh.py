@@ -188,7 +188,7 @@ def parted(points, tris, face):
     return out, np.array(parent)
 
 
-def curves_of(points, tris, face, parent):
+def curves_of(points, tris, face, parent, size):
     """chains of nodes, each with the faces that it bounds"""
     sides = Sides(tris)
     at, kind = {}, {}
@@ -201,18 +201,35 @@ def curves_of(points, tris, face, parent):
         kind[a, b] = kind[b, a] = round_it
     # Where a face was only halved, the curve between its halves zigzags and has no corners.
     seam = lambda a, b: len(kind[a, b]) == 2 and parent[kind[a, b][0]] == parent[kind[a, b][1]]
-    corner = np.cos(np.radians(CORNER))
+    def ahead(v, a):
+        """where the curve that leaves v by a is after half a size, or where it ends before"""
+        went, last = np.linalg.norm(points[a] - points[v]), v
+        while went < size / 2 and len(at[a]) == 2 and a != v:
+            last, a = a, at[a][0] if at[a][1] == last else at[a][1]
+            went += np.linalg.norm(points[a] - points[last])
+        return a
 
-    def ends_here(v):
-        if len(at[v]) != 2:
-            return True
-        a, b = at[v]
-        if kind[a, v] != kind[v, b]:
-            return True
+    def turn(v, a, b):
+        """cosine of the angle by which the way over v from a to b turns"""
         u, w = points[v] - points[a], points[b] - points[v]
-        return not seam(a, v) and u @ w < corner * np.linalg.norm(u) * np.linalg.norm(w)
+        return u @ w / max(np.linalg.norm(u) * np.linalg.norm(w), 1e-300)
 
-    stops = {v for v in at if ends_here(v)}
+    stops, corners = set(), []
+    for v, beside in at.items():
+        a, b = beside[0], beside[-1]
+        if len(beside) != 2 or kind[a, v] != kind[v, b]:
+            stops.add(v)
+        elif not seam(a, v):
+            # From near and from further off: small holes are round from near, and rough rims straight from afar.
+            turns = turn(v, a, b), turn(v, ahead(v, a), ahead(v, b))
+            if max(turns) < np.cos(np.radians(CORNER)):
+                corners.append((sum(turns), v))
+    # Of corners that are nearer to each other the sharper.
+    taken = np.zeros((0, 3))
+    for _, v in sorted(corners):
+        if (np.linalg.norm(taken - points[v], axis=1) >= size / 2).all():
+            stops.add(v)
+            taken = np.vstack([taken, points[v]])
     curves, done = [], set()
     # From every end; then the closed ones, from any node.
     for start in [*sorted(stops), *sorted(at)]:
@@ -235,7 +252,7 @@ def write(path, points, tris, sheet, size):
     used, tris = np.unique(tris, return_inverse=True)
     points, tris = points[used], tris.reshape(-1, 3)
     face, parent = parted(points, tris, faces_of(points, tris, sheet, size))
-    curves = curves_of(points, tris, face, parent)
+    curves = curves_of(points, tris, face, parent, size)
     gmsh.initialize(["gmsh", "-nopopup"], interruptible=False)
     try:
         gmsh.option.setNumber("General.Terminal", 0)
