@@ -331,7 +331,7 @@ def attempt(job):
     except Exception as refusal:
         # Full quads want even numbers of sides, and Gmsh itself gives short curves three.
         sides = [(curve, len(gmsh.model.mesh.getElements(1, curve)[1][0])) for _, curve in gmsh.model.getEntities(1)]
-        return {"refused": str(refusal), "odd": [(curve, n + 1) for curve, n in sides if n % 2]}
+        return {"refused": str(refusal), "odd": [(curve, max(n - 1, 2)) for curve, n in sides if n % 2]}
     seconds = time.monotonic() - began
     points, tris, quads = mesh_in_gmsh()
     empty = sum(not len(gmsh.model.mesh.getElements(2, tag)[0]) for _, tag in gmsh.model.getEntities(2))

@@ -134,12 +134,14 @@ def ways_on_part(part, a, folder):
 
 def scaled(job, wanted, folder, limit):
     """`attempt` with the scale of sizes at which as many elements come out as are wanted, or nearly so"""
-    nearest, scale, divisions = (None, "not started"), 1.0, []
+    nearest, scale = (None, "not started"), 1.0
     for _ in range(RUNS):
-        found, why, odd = attempt({**job, "scale": scale, "divisions": divisions}, folder, limit)
-        if why and odd and not divisions:
-            divisions = odd
-            found, why, _ = attempt({**job, "scale": scale, "divisions": divisions}, folder, limit)
+        divisions = {}
+        for _ in range(RUNS):
+            found, why, odd = attempt({**job, "scale": scale, "divisions": list(divisions.items())}, folder, limit)
+            if not odd:
+                break
+            divisions.update(odd)
         off = lambda f: abs(math.log((f[0] + f[1]) / wanted))
         if not nearest[0] or not why and off(found) < off(nearest[0]):
             nearest = found, why
