@@ -333,7 +333,10 @@ def attempt(job):
         sides = [(curve, len(gmsh.model.mesh.getElements(1, curve)[1][0])) for _, curve in gmsh.model.getEntities(1)]
         return {"refused": str(refusal), "odd": [(curve, max(n - 1, 2)) for curve, n in sides if n % 2]}
     seconds = time.monotonic() - began
-    points, tris, quads = mesh_in_gmsh()
+    try:
+        points, tris, quads = mesh_in_gmsh()
+    except ValueError as broken:
+        return {"incomplete": str(broken)}
     empty = sum(not len(gmsh.model.mesh.getElements(2, tag)[0]) for _, tag in gmsh.model.getEntities(2))
     if job.get("out"):
         measure_vtu.write(job["out"], points, [*tris, *quads], {}, {})
@@ -348,6 +351,9 @@ def mesh_in_gmsh():
     row = np.zeros(int(tags.max()) + 1, int)
     row[tags.astype(int)] = np.arange(len(tags))
     kinds, _, nodes = gmsh.model.mesh.getElements(2)
+    if not np.isin(np.concatenate([*nodes, tags[:1]]), tags).all():
+        # Of a face that it could not mesh Gmsh keeps the old elements, not their nodes.
+        raise ValueError("elements without nodes")
     of = {int(kind): row[n.astype(int)] for kind, n in zip(kinds, nodes)}
     none = np.zeros(0, int)
     return xyz.reshape(-1, 3), of.get(2, none).reshape(-1, 3), of.get(3, none).reshape(-1, 4)

@@ -167,6 +167,8 @@ def attempt(job, folder, limit):
         return None, f"crashed (status {run.returncode})", []
     if "refused" in found:
         return None, f"refused ({found['refused']})", found.get("odd", [])
+    if "incomplete" in found:
+        return None, f"incomplete ({found['incomplete']})", []
     if found["empty"] or not found["quads"] or abs(found["covered"] - 1) > AREA:
         return None, f"incomplete ({found['empty']} faces empty, {found['covered']:.1%} of the area)", []
     return tuple(found[k] for k in ("quads", "triangles", "least", "mean", "seconds")), None, []
