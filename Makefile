@@ -18,7 +18,7 @@ demo: .venv/.run-ready
 test: .venv/.test-ready
 	@status=0; \
 	for group in \
-		'--lib --bins --test architecture --test attempts --test audit --test bad_facets --test bad_input --test bad_solids --test cli --test facets --test import --test keep_edge --test sizes --test small --test washers' \
+		'--lib --bins --test architecture --test attempts --test audit --test bad_facets --test bad_input --test bad_solids --test beside_gmsh --test cli --test facets --test import --test keep_edge --test sizes --test small --test washers' \
 		'--test export' \
 		'--test fixtures'; \
 	do \
