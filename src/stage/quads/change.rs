@@ -96,7 +96,7 @@ pub(super) fn attempt(cells: &mut Cells, change: Change, want: Want, ground: &dy
     let added = change.added.len();
     let gaps: SmallVec<[i64; 16]> = old.iter().map(|&n| gap(cells, n)).collect();
     let worst_before = worst_round(cells, old);
-    let short_before = shortfall_round(cells, old);
+    let short_before = matches!(want, Want::Nearer(_)).then(|| shortfall_round(cells, old));
     for new in &change.added {
         cells.add_node(ground.foot(new.point, cells.place(new.near).hint));
     }
@@ -111,14 +111,15 @@ pub(super) fn attempt(cells: &mut Cells, change: Change, want: Want, ground: &dy
         cells.remember(&mut undo, n);
         cells.put(n, ground.foot(point, cells.place(n).hint));
     }
-    let hope = matches!(want, Want::Nearer(_)).then_some(short_before);
-    let hopeful = settle_round(cells, &nodes, &mut undo, ground, hope);
+    let hopeful = settle_round(cells, &nodes, &mut undo, ground, short_before);
     let worst = worst_round(cells, &nodes);
     let kept = hopeful
         && match want {
             Want::Regular(least) | Want::Sound(least) => worst >= least.min(worst_before),
             Want::Better(gain) => worst > worst_before + gain,
-            Want::Nearer(gain) => shortfall_round(cells, &nodes) < short_before - gain,
+            Want::Nearer(gain) => {
+                short_before.is_some_and(|before| shortfall_round(cells, &nodes) < before - gain)
+            }
         };
     if kept {
         nodes.iter().for_each(|&n| cells.refresh(n));
