@@ -12,17 +12,16 @@ use crate::stage::test_shapes::{self as shapes, Build, Onto, Stay};
 use crate::test_parts::{element, sheet};
 use glam::DVec3;
 
-/// A complex meshed in squares of a size, then in quads.
+/// A complex meshed in squares of a size.
+fn squares(complex: &MidComplex, size: f64, placer: &dyn Placer) -> MidComplex {
+    let lengths = |_: DVec3, _: WallId| Lengths::equal(size);
+    let even = respace(complex.clone(), &lengths, placer);
+    charts::mesh_charts(&even, Pattern::Squares, &lengths, placer).complex
+}
+
+/// The same, then in quads.
 fn made(complex: &MidComplex, size: f64, placer: &dyn Placer) -> Halves {
-    let even = respace(complex.clone(), &|_, _| Lengths::equal(size), placer);
-    let squares = charts::mesh_charts(
-        &even,
-        Pattern::Squares,
-        &|_, _| Lengths::equal(size),
-        placer,
-    )
-    .complex;
-    let halves = quads(squares, placer);
+    let halves = quads(squares(complex, size, placer), placer);
     assert_eq!(halves.complex.check(), vec![]);
     assert_eq!(halves.complex.euler(), complex.euler());
     assert_eq!(halves.complex.pieces(), complex.pieces());
@@ -201,14 +200,7 @@ fn a_sheet_that_is_folded_keeps_its_triangles() {
 
 #[test]
 fn a_spared_sheet_keeps_its_triangles_and_the_others_get_quads() {
-    let rib = shapes::rib_on_plate(1.0);
-    let squares = charts::mesh_charts(
-        &respace(rib, &|_, _| Lengths::equal(2.0), &Stay),
-        Pattern::Squares,
-        &|_, _| Lengths::equal(2.0),
-        &Stay,
-    )
-    .complex;
+    let squares = squares(&shapes::rib_on_plate(1.0), 2.0, &Stay);
     let quadding = Quadding::new(squares, &Stay);
     let (halves, owner) = quadding.without(&[0]);
     assert_eq!(halves.complex.check(), vec![]);
@@ -238,14 +230,7 @@ fn a_spared_sheet_keeps_its_triangles_and_the_others_get_quads() {
 
 #[test]
 fn where_nothing_folds_both_ways_give_the_same_quads() {
-    let plate = shapes::plate_with_holes(3.0);
-    let squares = charts::mesh_charts(
-        &respace(plate, &|_, _| Lengths::equal(3.0), &Stay),
-        Pattern::Squares,
-        &|_, _| Lengths::equal(3.0),
-        &Stay,
-    )
-    .complex;
+    let squares = squares(&shapes::plate_with_holes(3.0), 3.0, &Stay);
     assert_eq!(
         quads(squares.clone(), &Stay),
         unfolded_quads(squares, &Stay)
